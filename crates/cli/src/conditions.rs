@@ -37,6 +37,11 @@ impl LoadedScene {
         for fixed in &self.description.fixed {
             let fixed = fixed.get_ref();
             let body = self.body_id(&fixed.body)?;
+            if self.scene.body(body).is_rigid() {
+                let name = &fixed.body;
+                let problem = format!("[[fixed]]: '{name}' is rigid and never moves: leave it out");
+                return Err(Failure::new(problem));
+            }
             let vertices = match fixed.selection().map_err(Failure::new)? {
                 Selection::File(file) => self.listed_vertices(body, file)?,
                 Selection::Box { min, max } => {

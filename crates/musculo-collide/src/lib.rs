@@ -259,7 +259,7 @@ pub use ::{
 pub use ::resolve::{
     BodyChange, BodyStiffness, BrokenLimit, Conditions, DistanceBracket, FixedVertices,
     GapObstacle, GapProof, GapRound, Obstacle, Remaining, Resolution, ResolveError, ResolveParams,
-    Resolver, Round, ShortGap, Tie, WrittenPrecision, resolve,
+    ResolveTuning, Resolver, Round, ShortGap, Tie, WrittenPrecision, resolve,
 };
 pub use overlap::{
     ContactMeasures, ElasticFoundation, FoundationLaw, JointContact, JointContactError,

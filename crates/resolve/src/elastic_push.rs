@@ -14,12 +14,13 @@ use scene::BodyId;
 use surface::progress::Interrupted;
 use surface::{Contact, parallel};
 
+use crate::ResolveError;
 use crate::elastic::{ElasticProblem, GapRow};
 use crate::gap_rounds::PairFeatures;
+use crate::relaxation::SOLVED_SHARE;
 use crate::run::{Run, clearance};
 use crate::spread::NEGLIGIBLE_SHARE;
 use crate::tissue::{Tissue, fitted_tree};
-use crate::{ResolveError, tuning};
 
 /// Sweeps of the elastic solver in a round that pushes. Below, displacements are rough, and more
 /// rounds follow; above, rounds take longer.
@@ -32,7 +33,7 @@ impl Run<'_> {
         if self.is_warm {
             return 2;
         }
-        let max_step = tuning::MAX_STEP * self.params.smoothing;
+        let max_step = self.params.max_step();
         let depth = self.rounds.first().map_or(0.0, |start| start.max_depth);
         let depth = depth.max(self.longest_way);
         let mut steps = 0;
@@ -57,8 +58,9 @@ impl Run<'_> {
         self.add_displaced_bodies(seeds, &displacements, &mut problem)?;
         self.add_tie_bonds(&mut problem);
 
-        let tolerance = tuning::SOLVED_SHARE * clearance(&self.params);
-        let steps = problem.minimize(&displacements, PUSH_SWEEPS, tolerance, tuning::PUSH_PENALTY);
+        let tolerance = SOLVED_SHARE * clearance(&self.params);
+        let penalty = self.params.tuning.penalty;
+        let steps = problem.minimize(&displacements, PUSH_SWEEPS, tolerance, penalty);
         self.take_elastic_steps(&steps, &displacements);
         self.clamp();
         Ok(())
@@ -89,7 +91,7 @@ impl Run<'_> {
         }
 
         // What the rows miss by now.
-        let max_step = tuning::MAX_STEP * self.params.smoothing;
+        let max_step = self.params.max_step();
         for row in &self.edge_rows {
             let missing = row.missing - row.opening_by(displacements);
             problem.rows.push(GapRow { missing: missing.min(max_step), ..row.clone() });
@@ -111,7 +113,7 @@ impl Run<'_> {
     fn rows_of_near_edges(&mut self) -> Result<Vec<GapRow>, ResolveError> {
         // All pairs, since none are known before.
         let clearance = clearance(&self.params);
-        let max_distance = tuning::CLEARANCE_MARGIN * clearance;
+        let max_distance = 2.0 * clearance;
         let (mut near, all) = (Vec::new(), vec![true; self.tissues.len()]);
         self.update_features(&mut near, &self.overlapping_pairs(), max_distance, &all)?;
 
@@ -149,7 +151,7 @@ impl Run<'_> {
         contacts: &[Contact],
         problem: &mut ElasticProblem,
     ) -> BTreeMap<BodyId, Vec<u32>> {
-        let max_step = tuning::MAX_STEP * self.params.smoothing;
+        let max_step = self.params.max_step();
         let mut seeds: BTreeMap<BodyId, Vec<u32>> = BTreeMap::new();
         let bodies = self.scene.bodies();
         for mut row in contacts.iter().filter_map(|contact| self.row(contact)) {
@@ -205,9 +207,9 @@ impl Run<'_> {
         let ignored = NEGLIGIBLE_SHARE * longest;
 
         // After carried displacements all tissue moves: no farther than others are known of.
-        let mut max_step = tuning::MAX_STEP * self.params.smoothing;
+        let mut max_step = self.params.max_step();
         if self.is_warm {
-            max_step *= tuning::DETECTION_MARGIN;
+            max_step *= self.params.tuning.detection_margin;
         }
         for (tissue, body) in self.tissues.iter_mut().zip(self.scene.bodies()) {
             let first = body.particles().start as usize;

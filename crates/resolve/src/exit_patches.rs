@@ -14,10 +14,8 @@ use kdop::Workspace;
 use proximity::{NearVertex, SurfaceTree};
 use surface::UnionFind;
 
-use crate::exit_sides::{ExitMemory, agrees};
-use crate::limits::MAX_DISPLACEMENT;
+use crate::exit_sides::ExitMemory;
 use crate::tissue::{Strut, Tissue};
-use crate::tuning;
 
 /// Vertices per body whose directions are tried for a deep patch. Below, a patch may
 /// leave by a longer way; above, its direction takes longer.
@@ -136,7 +134,7 @@ fn joined_vertices(
 impl PatchSide<'_> {
     /// Returns true if the nearest way out of a vertex points as its own surface does.
     fn is_outward(&self, near: &NearVertex) -> bool {
-        agrees(self.tissue.normals[near.vertex as usize], near.normal)
+        self.tissue.agrees(self.tissue.normals[near.vertex as usize], near.normal)
     }
 }
 
@@ -152,7 +150,7 @@ impl ExitPatch<'_> {
                 all += area;
                 far += if side.is_outward(near) { area } else { 0.0 };
             }
-            *is_far = far > tuning::FAR_SHARE * all;
+            *is_far = far > sides[0].tissue.params.tuning.far_share * all;
         }
         is_far
     }
@@ -213,7 +211,7 @@ impl ExitPatch<'_> {
         direction: impl Fn(usize, &NearVertex) -> Option<DVec3>,
     ) -> f64 {
         let workspace = &mut Workspace::default();
-        let reach = MAX_DISPLACEMENT * self.max_depth;
+        let reach = sides[0].tissue.params.max_displacement * self.max_depth;
         let mut mean = 0.0;
         for (k, other) in [(0, sides[1]), (1, sides[0])] {
             let (mut sum, mut area) = (0.0, 0.0);

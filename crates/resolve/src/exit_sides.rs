@@ -14,7 +14,6 @@ use surface::{Contact, triangle};
 
 use crate::spread::symmetric_sweeps;
 use crate::tissue::{Tissue, fitted_tree};
-use crate::tuning;
 
 /// Gauss–Seidel sweeps that spread exit directions over vertices inside. Patches are some
 /// thirty edges wide: below, their middle is not reached; above, little changes.
@@ -64,7 +63,7 @@ impl ExitSide<'_> {
         // Outside, a vertex that faces away is of another part of the surface.
         let is_astray = near.normal.dot(direction) < 0.0;
         if near.gap >= 0.0 {
-            let is_behind = agrees(self.normal(near), near.normal);
+            let is_behind = self.tissue.agrees(self.normal(near), near.normal);
             return (!is_astray && !is_behind).then_some(*near);
         }
         if !is_astray {
@@ -88,12 +87,12 @@ impl ExitSide<'_> {
         workspace: &mut Workspace,
     ) -> Option<NearVertex> {
         if near.gap < 0.0 && direction != DVec3::ZERO {
-            let turned = !agrees(near.normal, direction);
+            let turned = !self.tissue.agrees(near.normal, direction);
             let turned = turned.then(|| self.project(near.vertex, direction, workspace)).flatten();
             return turned.filter(|turned| turned.gap < 0.0).or(Some(*near));
         }
         let normal = self.normal(near);
-        if !agrees(normal, near.normal) {
+        if !self.tissue.agrees(normal, near.normal) {
             return Some(*near);
         }
         if near.gap >= 0.0 {
@@ -123,7 +122,8 @@ impl ExitSide<'_> {
             let direction = &mut own[near.vertex as usize];
             if near.gap < 0.0 && *direction == DVec3::ZERO {
                 let facing = (-self.normal(near).dot(near.normal)).max(0.0);
-                let trust = facing * (near.gap / (tuning::TRUSTED_DEPTH * self.smoothing)).exp();
+                let trust = facing
+                    * (near.gap / (self.tissue.params.tuning.shallow_depth * self.smoothing)).exp();
                 *direction = trust * near.normal;
             }
         }
@@ -159,7 +159,7 @@ impl ExitSide<'_> {
         other.tree().nearest(position, f64::INFINITY, workspace, |face, _| {
             let found = other.closest_on_face(position, face);
             let is_nearer = nearest.is_none_or(|nearest| found.is_before(&nearest));
-            if is_nearer && agrees(triangle::unit_normal(other.corners(face)), side) {
+            if is_nearer && self.tissue.agrees(triangle::unit_normal(other.corners(face)), side) {
                 nearest = Some(found);
             }
             nearest.map_or(f64::INFINITY, |nearest| nearest.distance)
@@ -168,7 +168,7 @@ impl ExitSide<'_> {
         // The way there, or the face's normal where the way is not on this side.
         let ClosestPoint { face, foot, .. } = nearest?;
         let way = (foot.point - position).normalize_or_zero();
-        let is_on_side = agrees(way, side);
+        let is_on_side = self.tissue.agrees(way, side);
         let normal = if is_on_side { way } else { triangle::unit_normal(other.corners(face)) };
         Some(NearVertex {
             vertex,
@@ -189,9 +189,4 @@ fn has_inside(near: &[NearVertex]) -> bool {
         }
     }
     false
-}
-
-/// Returns true if a direction is on one side.
-pub(crate) fn agrees(direction: DVec3, side: DVec3) -> bool {
-    direction.dot(side) > tuning::MIN_COSINE
 }

@@ -15,9 +15,8 @@ use crate::ResolveError;
 use crate::run::{Run, TOUCHING};
 use crate::tissue::fitted_tree;
 
-/// Share of the way to a contact that is taken. Near 1, surfaces come to touch; far below, gaps
-/// need more rounds.
-const FREE_SHARE: f64 = 0.8;
+/// Share of the way to a contact that is taken: half, as of a step by which a face turns over.
+const FREE_SHARE: f64 = 0.5;
 
 /// Sweeps of a step in which single particles are held back, after which whole bodies are.
 pub(crate) const MAX_HOLD_PASSES: usize = 8;

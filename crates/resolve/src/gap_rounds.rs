@@ -16,10 +16,11 @@ use surface::{parallel, triangle};
 use crate::damage::rounded_to_single;
 use crate::elastic::{ActiveParticle, Bond, ElasticProblem, GapRow, VolumeRow};
 use crate::near_pairs::detection_cost;
+use crate::relaxation::SOLVED_SHARE;
 use crate::resolution::{BrokenLimit, GapRound, overlaps_in};
 use crate::run::{Run, TOUCHING, detection_margin, largest_coordinate};
 use crate::tissue::{Tissue, fitted_tree};
-use crate::{ResolveError, WrittenPrecision, tuning};
+use crate::{ResolveError, ResolveParams, WrittenPrecision};
 
 /// Share of what was missing that is progress where less is left. Near 1, hopeless places take
 /// longer; far below, slow ones are given up.
@@ -60,12 +61,15 @@ impl Run<'_> {
             self.update_features(&mut near, &crossing, target + self.params.gap, &moved)?;
             let (problem, round) = self.gap_problem(&near, target, 0.5 * slack)?;
             let broken = self.judge_gap_round(round, &mut search)?;
-            if search.is_over(&round) || search.rounds > self.params.max_rounds as usize {
+            if search.is_over(&round, &self.params)
+                || search.rounds > self.params.max_rounds as usize
+            {
                 break broken;
             }
             let at_rest = vec![DVec3::ZERO; self.inverse_masses.len()];
+            let penalty = self.params.tuning.penalty;
             let displacements =
-                problem.minimize(&at_rest, GAP_SWEEPS, 0.25 * slack, tuning::GAP_PENALTY);
+                problem.minimize(&at_rest, GAP_SWEEPS, SOLVED_SHARE * slack, penalty);
             moved = self.move_freely(&displacements, &crossing)?;
         };
         let is_accepted = search.least_accepted < f64::INFINITY;
@@ -83,7 +87,7 @@ impl Run<'_> {
         mut round: GapRound,
         search: &mut GapSearch,
     ) -> Result<Vec<BrokenLimit>, ResolveError> {
-        round.merit = round.left(self.params.gap);
+        round.merit = round.left(&self.params);
         let mut broken = Vec::new();
         if round.merit < search.least_accepted {
             // Steps let no body cross itself anew: counted once.
@@ -107,7 +111,7 @@ impl Run<'_> {
             let largest = largest_coordinate(self.scene);
             rounding = 2.0 * f64::sqrt(3.0) * largest * 0.5 * f64::from(f32::EPSILON);
         }
-        tuning::GAP_SLACK * self.params.gap + rounding
+        self.params.tuning.slack * self.params.gap + rounding
     }
 
     /// Returns the distance to which a tied pair is opened: none where it did not overlap, and what rounding
@@ -175,8 +179,8 @@ impl Run<'_> {
         u: &[DVec3],
         crossing: &[PairId],
     ) -> Result<(), ResolveError> {
-        let tolerance = tuning::SOLVED_SHARE * self.gap_slack();
-        let steps = problem.minimize(u, GAP_SWEEPS, tolerance, tuning::GAP_PENALTY);
+        let tolerance = SOLVED_SHARE * self.gap_slack();
+        let steps = problem.minimize(u, GAP_SWEEPS, tolerance, self.params.tuning.penalty);
         self.move_freely(&steps, crossing)?;
         Ok(())
     }
@@ -338,9 +342,9 @@ impl GapSearch {
     }
 
     /// Returns true if nothing is left, or if rounds gain nothing: there is no room, or too far to go.
-    fn is_over(&self, round: &GapRound) -> bool {
+    fn is_over(&self, round: &GapRound, params: &ResolveParams) -> bool {
         let is_open = round.short_features == 0;
-        (is_open && round.volume_change <= tuning::MAX_VOLUME_CHANGE)
+        (is_open && round.volume_change <= params.volume_tolerance())
             || self.stalled > MAX_STALLED_GAP_ROUNDS
     }
 }
@@ -355,12 +359,12 @@ impl Tissue {
         gap: f64,
         progress: Progress<'_>,
     ) -> Result<(ElasticProblem, f64), Interrupted> {
-        let mut length = self.mean_edge.max(tuning::SPREAD_RADIUS * gap);
+        let mut length = self.mean_edge.max(self.params.tuning.spread_radius * gap);
         let change = if self.is_rigid { 0.0 } else { self.volume_change(body.positions()) };
-        if change > tuning::MAX_VOLUME_CHANGE {
+        if change > self.params.volume_tolerance() {
             // Given back where the body was pushed.
             let x = body.positions();
-            length = length.max(tuning::SPREAD_RADIUS * self.max_displacement(x));
+            length = length.max(self.params.tuning.spread_radius * self.max_displacement(x));
             for (vertex, (x, rest)) in (0..).zip(x.iter().zip(&self.rest)) {
                 if x != rest {
                     seeds.push(vertex);
@@ -387,7 +391,7 @@ impl Tissue {
             return problem;
         }
         let (x, first) = (body.positions(), body.particles().start);
-        let mass_per_area = self.mass_per_area(length);
+        let mass_per_area = self.mass_per_area();
         for &vertex in active {
             if !self.is_free(vertex) {
                 continue;

@@ -90,6 +90,7 @@ pub use crate::resolution::{
 };
 pub use crate::resolver::{Resolver, resolve};
 pub use crate::round::Round;
+pub use crate::tuning::ResolveTuning;
 
 /// Compiles and runs the README's example.
 #[cfg(doctest)]

@@ -8,10 +8,6 @@ use crate::run::{AcceptedState, Run};
 use crate::tissue::{Damage, Tissue, fitted_tree};
 use crate::{ResolveError, ResolveParams};
 
-/// Largest displacement of a vertex \[the deepest overlap at the start\]. Below, tissue that leaves
-/// sideways around a bone is not freed; above, tissue without room is squeezed out of its place.
-pub(crate) const MAX_DISPLACEMENT: f64 = 3.0;
-
 /// Accepted states that are kept, to return to where rounding breaks a limit. Below, the start is
 /// returned to; above, memory grows.
 const MAX_ACCEPTED_STATES: usize = 8;
@@ -143,11 +139,13 @@ impl Run<'_> {
     fn limits(&self) -> Limits {
         // Beyond this distance a vertex is displaced rather than freed.
         let depth = self.rounds.first().map_or(0.0, |start| start.max_depth);
-        let ResolveParams { gap, smoothing, max_volume_change, max_strain, .. } = self.params;
+        let ResolveParams {
+            gap, smoothing, max_volume_change, max_strain, max_displacement, ..
+        } = self.params;
         Limits {
             volume_change: max_volume_change,
             strain: max_strain,
-            displacement: gap + (MAX_DISPLACEMENT * depth).max(smoothing),
+            displacement: gap + (max_displacement * depth).max(smoothing),
         }
     }
 

@@ -3,6 +3,8 @@
 use response::{ParameterError, not_negative, positive};
 use scene::BodyId;
 
+use crate::ResolveTuning;
+
 /// Parameters of overlap removal. Lengths are in the scene's unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -15,20 +17,27 @@ pub struct ResolveParams {
     /// Length along a surface over which a displacement falls to a third, `> 0`. More keeps
     /// shape better; less moves fewer vertices.
     pub smoothing: f64,
-    /// Largest number of rounds of detection and pushing, and as many of opening the gap and of settling.
+    /// Largest number of rounds of detection and pushing, and as many of opening the gap and of settling. After a
+    /// third of them without improvement the rest is given up.
     pub max_rounds: u32,
     /// Precision to which positions are rounded before distances are proved.
     pub precision: WrittenPrecision,
     /// Largest relative change of a soft body's volume, `> 0`. No state is accepted that changes one
     /// more, strains an edge more, turns a face over, makes a body cross itself anew, or moves a
-    /// vertex by more than three times the deepest overlap and by more than the smoothing length.
+    /// vertex too far.
     pub max_volume_change: f64,
     /// Largest strain of a soft body, `> 0`: the change of an edge's length over its length, or over
     /// the mean edge of the body where that is longer. Overlaps of a thigh at rest take less than a half,
     /// a body that is wholly inside another and comes out takes two.
     pub max_strain: f64,
+    /// Largest displacement of a vertex \[the deepest overlap at the start\], `> 0`; that of the smoothing length
+    /// is within limits in any case. Below, tissue that leaves sideways around a bone is not freed; above,
+    /// tissue without room is squeezed out of its place.
+    pub max_displacement: f64,
     /// True to keep a state that leaves these limits; they are then listed all the same.
     pub keep_going: bool,
+    /// Tuning constants.
+    pub tuning: ResolveTuning,
 }
 
 /// Precision of the positions in a file that is written afterwards.
@@ -97,7 +106,8 @@ pub struct FixedVertices {
 
 impl ResolveParams {
     /// Returns parameters for a smoothing length, of which the tolerance is 1/120, without a
-    /// gap, 60 rounds, volumes within a hundredth, and strains up to 3.
+    /// gap, 60 rounds, volumes within a hundredth, strains up to 3, and displacements up to three times the
+    /// deepest overlap.
     ///
     /// A few edge lengths of the soft bodies are a good smoothing length.
     #[must_use]
@@ -110,8 +120,20 @@ impl ResolveParams {
             precision: WrittenPrecision::Double,
             max_volume_change: 0.01,
             max_strain: 3.0,
+            max_displacement: 3.0,
             keep_going: false,
+            tuning: ResolveTuning::DEFAULT,
         }
+    }
+
+    /// Returns the largest displacement of a vertex per round.
+    pub(crate) fn max_step(&self) -> f64 {
+        self.tuning.max_step * self.smoothing
+    }
+
+    /// Returns the change of a body's volume above which rounds continue.
+    pub(crate) fn volume_tolerance(&self) -> f64 {
+        self.tuning.volume_tolerance * self.max_volume_change
     }
 
     /// Returns true if positions are rounded to single precision in the end.
@@ -130,6 +152,7 @@ impl ResolveParams {
         not_negative("gap", self.gap)?;
         positive("max_volume_change", self.max_volume_change)?;
         positive("max_strain", self.max_strain)?;
-        Ok(())
+        positive("max_displacement", self.max_displacement)?;
+        self.tuning.validate()
     }
 }

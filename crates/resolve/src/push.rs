@@ -1,7 +1,6 @@
 //! Displacements of one round after the elastic ones, in which crossing edges come apart.
 
 use glam::DVec3;
-use proximity::SurfaceTree;
 use response::{ContactLaw, Margins, SolverMethod, SolverParams};
 use scene::{BodyId, PairReport};
 use surface::progress::{Interrupted, Progress};
@@ -14,7 +13,7 @@ use crate::near_pairs::NearPair;
 use crate::run::{Run, clearance, detection_margin};
 use crate::self_contacts::SelfSurface;
 use crate::tissue::{Tissue, fitted_tree};
-use crate::{ResolveError, tuning};
+use crate::{ResolveError, ResolveParams};
 
 /// Sweeps of the contact solver for the first push of a round. Below, stacked bodies are
 /// not separated in one round; above, rounds take longer.
@@ -43,19 +42,16 @@ impl Run<'_> {
         self.for_each_soft(|tissue, tree, progress| tissue.spread(tree, smoothing, progress))?;
 
         // Restoring shape and separating contacts alternate: each undoes some of the other.
-        let looseness = looseness(self.rounds.len());
-        for pass in 0..SHAPE_PASSES {
-            let uncrosses = pass == 0;
-            self.alter_soft(|tissue, tree, x, progress| {
-                tissue.restore_shape(tree, looseness, uncrosses, x, progress)
-            })?;
+        let max_strain = round_strain(self.rounds.len(), &self.params);
+        for _ in 0..SHAPE_PASSES {
+            self.alter_soft(|tissue, x, progress| tissue.limit_strain(max_strain, x, progress))?;
             self.separate(&islands, NEXT_SOLVER_SWEEPS)?;
         }
 
         // What separation has left is made safe, and volume is given back.
-        self.alter_soft(|tissue, _, x, progress| tissue.stiffen(x, progress))?;
+        self.alter_soft(|tissue, x, progress| tissue.stiffen(x, progress))?;
         self.clamp();
-        self.alter_soft(|tissue, _, x, _| {
+        self.alter_soft(|tissue, x, _| {
             tissue.restore_volume(x);
             Ok(())
         })?;
@@ -65,12 +61,10 @@ impl Run<'_> {
     /// Changes the positions that this round moves soft tissues to.
     pub(crate) fn alter_soft(
         &mut self,
-        change: impl Fn(&Tissue, &SurfaceTree, &mut [DVec3], Progress<'_>) -> Result<(), Interrupted>
-        + Sync
-        + Send,
+        change: impl Fn(&Tissue, &mut [DVec3], Progress<'_>) -> Result<(), Interrupted> + Sync + Send,
     ) -> Result<(), Interrupted> {
         self.for_each_soft(|tissue, tree, progress| {
-            tissue.alter(tree, |tissue, x| change(tissue, tree, x, progress))
+            tissue.alter(tree, |tissue, x| change(tissue, x, progress))
         })
     }
 
@@ -94,7 +88,7 @@ impl Run<'_> {
 
     /// Collects the contacts to solve, cut to corrections of one step.
     fn contact_islands(&mut self) -> Result<ContactIslands, ResolveError> {
-        let max_step = tuning::MAX_STEP * self.params.smoothing;
+        let max_step = self.params.max_step();
         let law = ContactLaw::new(Margins::new(clearance(&self.params), max_step)?, 0.0)?;
 
         // Deeper overlaps than a step are left to later rounds.
@@ -176,7 +170,7 @@ impl Run<'_> {
 
     /// Returns true if a pair is so shallow that contacts of its edges are used.
     pub(crate) fn uses_edges(&self, report: &PairReport) -> bool {
-        report.max_vertex_depth <= tuning::MAX_DEPTH_WITH_EDGES * self.params.smoothing
+        report.max_vertex_depth <= self.params.tuning.shallow_depth * self.params.smoothing
     }
 
     fn exit_side(&self, body: BodyId, other: BodyId) -> ExitSide<'_> {
@@ -218,7 +212,7 @@ impl Run<'_> {
 
     /// Shortens the displacements to one step.
     pub(crate) fn clamp(&mut self) {
-        let max_step = tuning::MAX_STEP * self.params.smoothing;
+        let max_step = self.params.max_step();
         for u in self.tissues.iter_mut().flat_map(|tissue| &mut tissue.u) {
             *u = u.clamp_length_max(max_step);
         }
@@ -226,9 +220,8 @@ impl Run<'_> {
     }
 }
 
-/// Returns the factor on the limits on strain: they widen where the first rounds have found
-/// no gentler way.
-fn looseness(rounds: usize) -> f64 {
-    let later = u32::try_from(rounds.saturating_sub(tuning::FIRM_ROUNDS)).unwrap_or(u32::MAX);
-    (1.0 + tuning::LOOSENING * f64::from(later)).min(tuning::MAX_LOOSENESS)
+/// Returns the limit on strain in a round: it widens where the rounds before have found no gentler way.
+fn round_strain(rounds: usize, params: &ResolveParams) -> f64 {
+    let rounds = f64::from(u32::try_from(rounds).unwrap_or(u32::MAX));
+    (params.tuning.strain_growth * rounds).min(1.0) * params.max_strain
 }

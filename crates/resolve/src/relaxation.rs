@@ -11,6 +11,10 @@ use surface::parallel;
 
 use crate::elastic::{Bond, ElasticProblem, GapRow, VolumeRow};
 
+/// Part of an accuracy that rows may be missing from a solution: a quarter, so that what is solved for is left
+/// where all that is computed from it is rounded.
+pub(crate) const SOLVED_SHARE: f64 = 0.25;
+
 /// Smallest number of sweeps, in which displacements spread over that many edges.
 const MIN_SWEEPS: usize = 8;
 

@@ -7,11 +7,11 @@ use scene::{BodyId, DepthBracket, PairId, PairReport, Scene};
 use surface::parallel;
 use surface::progress::{Interrupted, Progress};
 
+use crate::ResolveParams;
 use crate::damage::self_crossings_at;
 use crate::near_pairs::{NearPair, NearPairs};
 use crate::round::Round;
 use crate::tissue::{Tissue, fitted_tree};
-use crate::tuning;
 
 /// State of a scene before a round that opens the gap.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -106,9 +106,9 @@ pub enum GapObstacle {
 impl GapRound {
     /// Sums what the round has to do: missing openings in gaps, and volume beyond what is kept in
     /// shares of that.
-    pub(crate) fn left(&self, gap: f64) -> f64 {
-        let excess = (self.volume_change - tuning::MAX_VOLUME_CHANGE).max(0.0);
-        self.missing / gap + excess / tuning::MAX_VOLUME_CHANGE
+    pub(crate) fn left(&self, params: &ResolveParams) -> f64 {
+        let excess = (self.volume_change - params.volume_tolerance()).max(0.0);
+        self.missing / params.gap + excess / params.volume_tolerance()
     }
 }
 
@@ -181,6 +181,12 @@ pub enum Obstacle {
     /// coincide.
     #[error("the surfaces coincide: there is no side to push them to; take one out, or move it")]
     Coincident,
+    /// Most of the vertices of one body were within the tolerance of the other one's surface at the start,
+    /// on faces that look the same way.
+    #[error(
+        "the surfaces nearly coincide: there is no side to push them to; take one out, or move it"
+    )]
+    NearlyCoincident,
     /// Surfaces that came apart cross at positions that are rounded to the precision of the file.
     #[error("rounding to the precision of the file makes them cross: save it in double precision")]
     Rounding,
@@ -196,8 +202,8 @@ pub struct BrokenLimit {
     pub volume_change: f64,
     /// Largest displacement of a vertex.
     pub max_displacement: f64,
-    /// Largest displacement that is within limits: the gap, and three times the deepest overlap at the
-    /// start or the smoothing length. Those of volume and strain are parameters.
+    /// Largest displacement that is within limits: the gap, and the [allowed](crate::ResolveParams::max_displacement)
+    /// multiple of the deepest overlap at the start or the smoothing length.
     pub displacement_limit: f64,
     /// Its largest strain, as in [`BodyChange::strain`].
     pub strain: f64,

@@ -2,9 +2,9 @@
 
 use scene::{DepthBracket, PairId};
 
+use crate::ResolveParams;
 use crate::near_pairs::NearPairs;
 use crate::tissue::Damage;
-use crate::tuning;
 
 /// State of a scene at the start or after a round, pairs of two rigid bodies left out.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -66,10 +66,16 @@ impl Round {
     }
 
     /// Returns true if nothing overlaps or shares faces, and no shape is spoilt.
-    pub(crate) fn is_clean(&self) -> bool {
+    pub(crate) fn is_clean(&self, params: &ResolveParams) -> bool {
         let spoilt_faces = self.self_crossings + self.flipped_faces;
         let left = self.overlapping_pairs + self.touching_faces + spoilt_faces;
-        left == 0 && self.excess_volume() <= 0.0
+        left == 0 && self.excess_volume(params) <= 0.0
+    }
+
+    /// Returns true if nothing is left but crossings of bodies with themselves.
+    pub(crate) fn only_crosses_itself(&self) -> bool {
+        let left = self.overlapping_pairs + self.touching_faces + self.flipped_faces;
+        left == 0 && self.max_depth <= 0.0 && self.self_crossings > 0
     }
 
     /// Returns true if no overlap exceeds the tolerance and none is new.
@@ -86,18 +92,18 @@ impl Round {
     }
 
     /// Computes the [merit](Self::merit) of what the round has left.
-    pub(crate) fn weigh(&self, tolerance: f64) -> f64 {
+    pub(crate) fn weigh(&self, params: &ResolveParams) -> f64 {
         let count = |n: usize| f64::from(u32::try_from(n).unwrap_or(u32::MAX));
 
         let spoilt_faces = self.self_crossings + self.flipped_faces;
         let faces = self.crossing_faces + self.touching_faces + spoilt_faces;
-        self.max_depth / tolerance * count(self.overlapping_pairs)
-            + tuning::CROSSING_SCORE * count(faces)
-            + self.excess_volume()
+        self.max_depth / params.tolerance * count(self.overlapping_pairs)
+            + params.tuning.face_weight * count(faces)
+            + self.excess_volume(params)
     }
 
-    fn excess_volume(&self) -> f64 {
-        (self.volume_change - tuning::MAX_VOLUME_CHANGE).max(0.0)
+    fn excess_volume(&self, params: &ResolveParams) -> f64 {
+        (self.volume_change - params.volume_tolerance()).max(0.0)
     }
 }
 

@@ -19,7 +19,7 @@ use crate::resolution::{
 use crate::round::Round;
 use crate::tissue::{Tissue, fitted_tree};
 use crate::warm_start::LocalDisplacements;
-use crate::{Conditions, GapRound, ResolveError, ResolveParams, tuning};
+use crate::{Conditions, GapRound, ResolveError, ResolveParams};
 
 /// Width of the brackets on depths that decide \[tolerances\]. Below, near-coincident surfaces
 /// take long; above, depths just within the tolerance count as deeper.
@@ -52,6 +52,8 @@ pub(crate) struct Run<'a> {
     pub(crate) longest_way: f64,
     /// True if the rounds begin with carried displacements.
     pub(crate) is_warm: bool,
+    /// True if the last round took apart bodies that cross themselves.
+    has_uncrossed: bool,
     /// Rows of edges that crossed in elastic rounds, with the openings that they miss at the start.
     pub(crate) edge_rows: Vec<GapRow>,
     pub(crate) gap_rounds: Vec<GapRound>,
@@ -105,11 +107,10 @@ impl<'a> Run<'a> {
         near.adopt(scene, &before, margin, start)?;
 
         // Tissues at rest, and the masses by which they share overlaps.
-        let mut tissues = Tissue::of_bodies(scene, start)?;
+        let mut tissues = Tissue::of_bodies(scene, &params, start)?;
         conditions.fix(&mut tissues)?;
         conditions.stiffen(scene, &mut tissues)?;
         for tissue in &mut tissues {
-            tissue.is_written_single = params.rounds_to_single();
             tissue.is_held = held.contains(&tissue.id);
         }
         conditions.uncross(scene, &mut tissues, start)?;
@@ -117,7 +118,7 @@ impl<'a> Run<'a> {
         let tie_bonds = conditions.tie_bonds(scene, &tissues, &near)?;
         let mut inverse_masses = Vec::new();
         for tissue in &tissues {
-            inverse_masses.extend(tissue.inverse_masses(params.smoothing));
+            inverse_masses.extend(tissue.inverse_masses());
         }
         let mut is_follower = vec![false; inverse_masses.len()];
         for bond in &tie_bonds {
@@ -140,6 +141,7 @@ impl<'a> Run<'a> {
             exit_memories: BTreeMap::new(),
             longest_way: 0.0,
             is_warm: false,
+            has_uncrossed: false,
             edge_rows: Vec::new(),
             gap_rounds: Vec::new(),
             accepted: None,
@@ -178,12 +180,7 @@ impl<'a> Run<'a> {
     /// Pushes bodies apart round by round, and takes the best round.
     pub(crate) fn complete(&mut self) -> Result<Resolution, ResolveError> {
         while self.continues() {
-            if self.rounds.len() <= self.elastic_rounds() {
-                self.push_elastically()?;
-            } else {
-                self.push()?;
-            }
-            self.move_soft(Tissue::pushed)?;
+            self.go_round()?;
             self.record()?;
         }
         let mut final_round = self.best;
@@ -223,7 +220,7 @@ impl<'a> Run<'a> {
         let self_overlaps = self.self_overlaps()?;
         let (near, before) = (&self.near, &self.before);
         let mut remaining = Remaining::list(self.scene, &after, near, before, standstill);
-        self.name_squeezes(&mut remaining, &after, standstill);
+        self.name_standstills(&mut remaining, &after, standstill);
         Ok(Resolution {
             resolved: gap.holds()
                 && broken_limits.is_empty()
@@ -240,6 +237,22 @@ impl<'a> Run<'a> {
             rounds: std::mem::take(&mut self.rounds),
             final_round,
         })
+    }
+
+    /// Moves bodies by one round. Bodies that only cross themselves are taken apart, by pushes where that led
+    /// no farther.
+    fn go_round(&mut self) -> Result<(), ResolveError> {
+        let only_crosses_itself = self.rounds.last().is_some_and(Round::only_crosses_itself);
+        self.has_uncrossed = only_crosses_itself && !self.has_uncrossed;
+        if self.has_uncrossed {
+            return self.uncross_anew();
+        }
+        if self.rounds.len() <= self.elastic_rounds() {
+            self.push_elastically()?;
+        } else {
+            self.push()?;
+        }
+        self.move_soft(Tissue::pushed)
     }
 
     /// Returns the displacements of all bodies in local frames.
@@ -260,14 +273,14 @@ impl<'a> Run<'a> {
     }
 
     fn continues(&self) -> bool {
-        let is_clean = self.rounds.last().is_none_or(Round::is_clean);
+        let is_clean = self.rounds.last().is_none_or(|last| last.is_clean(&self.params));
         let has_rounds_left = self.rounds.len() <= self.params.max_rounds as usize;
         !is_clean && !self.is_stuck() && has_rounds_left
     }
 
-    /// Returns true if nothing has improved for too many rounds.
+    /// Returns true if nothing has improved for more than a third of the rounds that there may be.
     fn is_stuck(&self) -> bool {
-        self.stalled_rounds >= tuning::MAX_STALLED_ROUNDS
+        3 * self.stalled_rounds > self.params.max_rounds
     }
 
     /// Returns the progress of the present round, which only polls for an interruption.
@@ -305,7 +318,7 @@ impl<'a> Run<'a> {
         }
 
         // The best round so far is kept, to be returned to in the end.
-        round.merit = round.weigh(tolerance);
+        round.merit = round.weigh(&self.params);
         let best = self.rounds.get(self.best);
         let is_better = best.is_none_or(|best| round.is_better_than(best));
         if is_better {
@@ -392,9 +405,13 @@ impl<'a> Run<'a> {
             }
         }
 
-        // Pairs of bodies that stayed keep their reports.
+        self.detect_moved(&moved)
+    }
+
+    /// Detects the contacts of bodies that have moved. Pairs of bodies that stayed keep their reports.
+    pub(crate) fn detect_moved(&mut self, moved: &[bool]) -> Result<(), ResolveError> {
         let progress = self.round_progress();
-        self.near.update(self.scene, detection_margin(&self.params), &moved, progress)
+        self.near.update(self.scene, detection_margin(&self.params), moved, progress)
     }
 }
 
@@ -431,11 +448,10 @@ pub(crate) fn largest_coordinate(scene: &Scene) -> f64 {
 /// Returns the gap to which overlaps are pushed apart: beyond that asked for where this is
 /// little, so that edges of curved surfaces do not cross between their vertices.
 pub(crate) fn clearance(params: &ResolveParams) -> f64 {
-    params.gap.max(tuning::CLEARANCE * params.smoothing)
+    params.gap.max(0.5 * params.tolerance)
 }
 
 /// Returns the margin within which contacts are detected.
 pub(crate) fn detection_margin(params: &ResolveParams) -> f64 {
-    let step = tuning::MAX_STEP * params.smoothing;
-    tuning::CLEARANCE_MARGIN * clearance(params) + tuning::DETECTION_MARGIN * step
+    2.0 * clearance(params) + params.tuning.detection_margin * params.max_step()
 }

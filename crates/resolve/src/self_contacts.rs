@@ -14,7 +14,6 @@ use surface::progress::{Interrupted, Progress};
 use surface::{Contact, ray_crosses_triangle, triangle, vertex_normals};
 
 use crate::edge_contacts::self_edge_contacts;
-use crate::exit_sides::agrees;
 use crate::tissue::Tissue;
 
 /// Distance in front of a vertex at which its winding number is computed \[mean edge\]. Below, own
@@ -111,7 +110,7 @@ impl<'a> SelfSurface<'a> {
             let is_behind = (x - found.foot.point).dot(self.face_normal(face)) < 0.0;
             let is_other = !self.tissue.corners(face).contains(&vertex);
             let is_opposite = is_other && is_behind == is_inside;
-            if is_nearer && is_opposite && agrees(self.face_normal(face), side) {
+            if is_nearer && is_opposite && self.tissue.agrees(self.face_normal(face), side) {
                 nearest = Some(found);
             }
             nearest.map_or(reach, |nearest| nearest.distance)
@@ -121,7 +120,7 @@ impl<'a> SelfSurface<'a> {
         let ClosestPoint { face, foot, .. } = nearest?;
         let way = if is_inside { foot.point - x } else { x - foot.point }.normalize_or_zero();
         let face_normal = self.face_normal(face);
-        let normal = if agrees(way, face_normal) { way } else { face_normal };
+        let normal = if self.tissue.agrees(way, face_normal) { way } else { face_normal };
         let gap = (x - foot.point).dot(normal);
         let barycentric = foot.barycentric;
         Some(NearVertex { vertex, gap, foot: foot.point, face, barycentric, normal })

@@ -14,14 +14,6 @@ use crate::run::{Run, clearance};
 use crate::tissue::{Tissue, fitted_tree};
 use crate::{BrokenLimit, ResolveError};
 
-/// Share of the way from the longest displacement to the longest way out that is taken off per step.
-/// Below, steps are many; above, surfaces block them: the way back is along them, round their bends.
-const SETTLED_SHARE: f64 = 0.125;
-
-/// Share of the longest displacement by which a step shortens it, at least, or is the last. Below, steps
-/// are many for little; above, tissue stays farther from its place.
-const LEAST_GAIN: f64 = 5e-4;
-
 impl Run<'_> {
     /// Opens the gap from the state of a round in which tissue has settled; from the state as it is
     /// where that leads no farther, where something crosses, and after displacements were carried over.
@@ -45,7 +37,8 @@ impl Run<'_> {
     }
 
     /// Moves the most displaced body toward rest as long as the largest displacement falls. Tied ones
-    /// stay: back one by one, they would come apart.
+    /// stay: back one by one, they would come apart. A step that gains less than the accuracy of the gap is the
+    /// last.
     fn settle(&mut self) -> Result<(), ResolveError> {
         let target = clearance(&self.params) + self.gap_slack();
         let (mut number, mut displacement) = self.most_displaced();
@@ -61,7 +54,7 @@ impl Run<'_> {
             if displacement > last {
                 self.move_tissue(body, &before)?;
             }
-            if displacement > (1.0 - LEAST_GAIN) * last {
+            if displacement > last - self.gap_slack() {
                 break;
             }
         }
@@ -102,7 +95,9 @@ impl Run<'_> {
         for (x, rest) in body.positions().iter().zip(&tissue.rest) {
             own.push(*x - *rest);
         }
-        problem.rows.extend(tissue.displacement_rows(&own, first, self.longest_way));
+        let settled = longest(&own);
+        let limit = settled - tissue.params.tuning.settled_share * (settled - self.longest_way);
+        problem.rows.extend(tissue.displacement_rows(&own, first, self.longest_way, limit));
         let active =
             tissue.active_vertices(Vec::new(), &own, fitted_tree(body), length, progress)?;
         problem.append(tissue.elastic_part(body, &active, length));
@@ -113,12 +108,13 @@ impl Run<'_> {
 impl Tissue {
     /// Makes one row for each vertex that is displaced beyond a distance: it is to come back to a little
     /// less than the longest displacement.
-    fn displacement_rows(&self, displacements: &[DVec3], first: u32, distance: f64) -> Vec<GapRow> {
-        let mut longest: f64 = 0.0;
-        for displacement in displacements {
-            longest = longest.max(displacement.length());
-        }
-        let limit = longest - SETTLED_SHARE * (longest - distance);
+    pub(crate) fn displacement_rows(
+        &self,
+        displacements: &[DVec3],
+        first: u32,
+        distance: f64,
+        limit: f64,
+    ) -> Vec<GapRow> {
         let mut rows = Vec::new();
         for (vertex, displacement) in (0..).zip(displacements) {
             let length = displacement.length();
@@ -129,6 +125,15 @@ impl Tissue {
         }
         rows
     }
+}
+
+/// Returns the length of the longest displacement.
+fn longest(displacements: &[DVec3]) -> f64 {
+    let mut longest: f64 = 0.0;
+    for displacement in displacements {
+        longest = longest.max(displacement.length());
+    }
+    longest
 }
 
 #[cfg(test)]

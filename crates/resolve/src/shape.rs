@@ -9,15 +9,10 @@ use surface::triangle;
 use crate::damage::self_crossings_at;
 use crate::free_step::MAX_HOLD_PASSES;
 use crate::tissue::Tissue;
-use crate::tuning;
 
-/// Smoothing passes over strained or crossing tissue. Each halves the difference between a
+/// Smoothing passes over strained tissue. Each halves the difference between a
 /// vertex and its surroundings. Below, strain remains; above, deep folds take longer.
 const SMOOTHING_PASSES: usize = 20;
-
-/// Rings of vertices around faces that cross faces of the same body, which are smoothed with
-/// them. Below, the crossing moves to the next faces; above, more tissue loses its push.
-const UNCROSSING_RINGS: usize = 2;
 
 /// Passes in which corners are made to move as one. Faces share corners: below, one face
 /// undoes another's; above, little changes.
@@ -81,27 +76,14 @@ impl Tissue {
         Ok(())
     }
 
-    /// Limits strain, and smooths tissue that crosses itself if it `uncrosses`.
-    pub(crate) fn restore_shape(
-        &self,
-        tree: &SurfaceTree,
-        looseness: f64,
-        uncrosses: bool,
-        x: &mut [DVec3],
-        progress: Progress<'_>,
-    ) -> Result<(), Interrupted> {
-        self.limit_strain(looseness, x, progress)?;
-        let is_crossed = uncrosses && self.damage.self_crossings > 0;
-        if is_crossed { self.uncross(tree, x, progress) } else { Ok(()) }
-    }
-
     /// Smooths the displacement where a limit on strain is exceeded, until none is or all passes
     /// are done.
     ///
-    /// A `looseness` of 1 or more widens the limits on edges and sheets.
-    fn limit_strain(
+    /// Tissue that is stretched along a sheet thins: a sheet is pressed where it is thinner than one that
+    /// is stretched both ways by the limit and keeps its volume.
+    pub(crate) fn limit_strain(
         &self,
-        looseness: f64,
+        max_strain: f64,
         x: &mut [DVec3],
         progress: Progress<'_>,
     ) -> Result<(), Interrupted> {
@@ -110,45 +92,16 @@ impl Tissue {
 
             // The corners of all that is turned, torn or pressed.
             let mut strained = Vec::new();
-            for face in self.turned_faces(x, tuning::MIN_COSINE) {
+            for face in self.turned_faces(x, self.params.tuning.min_cosine) {
                 strained.extend(self.corners(face));
             }
-            self.add_torn(x, tuning::MAX_STRETCH * looseness, &mut strained);
-            self.add_pressed(x, tuning::MIN_THICKNESS / looseness, &mut strained);
+            self.add_torn(x, max_strain, &mut strained);
+            self.add_pressed(x, (1.0 + max_strain).powi(-2), &mut strained);
             if strained.is_empty() {
                 break;
             }
             sort_dedup(&mut strained);
             self.smooth(&strained, x);
-        }
-        Ok(())
-    }
-
-    /// Smooths the displacement around faces that would cross others of the same body at `x`.
-    fn uncross(
-        &self,
-        tree: &SurfaceTree,
-        x: &mut [DVec3],
-        progress: Progress<'_>,
-    ) -> Result<(), Interrupted> {
-        // The corners of crossing faces, and some rings of vertices around them.
-        let mut vertices = Vec::new();
-        let written = self.written(x.to_vec());
-        for face in self_crossings_at(&written, tree, progress)?.into_iter().flatten() {
-            vertices.extend(self.corners(face));
-        }
-        for _ in 0..UNCROSSING_RINGS {
-            for i in 0..vertices.len() {
-                for link in self.links(vertices[i]) {
-                    vertices.push(link.neighbor);
-                }
-            }
-            sort_dedup(&mut vertices);
-        }
-
-        for _ in 0..SMOOTHING_PASSES {
-            progress.report(0.0)?;
-            self.smooth(&vertices, x);
         }
         Ok(())
     }
@@ -162,7 +115,7 @@ impl Tissue {
     ) -> Result<(), Interrupted> {
         for _ in 0..STIFFENING_PASSES {
             progress.report(0.0)?;
-            let turned = self.turned_faces(x, tuning::MIN_COSINE);
+            let turned = self.turned_faces(x, self.params.tuning.min_cosine);
             if turned.is_empty() {
                 break;
             }
@@ -190,11 +143,11 @@ impl Tissue {
     pub(crate) fn restore_volume(&self, x: &mut [DVec3]) {
         let Some(volume) = self.volume else { return };
         let missing = volume - self.volume_at(x);
-        if missing.abs() <= tuning::MAX_VOLUME_CHANGE * volume.abs() {
+        if missing.abs() <= self.params.volume_tolerance() * volume.abs() {
             return;
         }
 
-        // Each vertex moves in proportion to its displacement so far.
+        // Each vertex moves in proportion to its displacement so far, by no more than that.
         let mut weights = vec![0.0; x.len()];
         for (v, weight) in weights.iter_mut().enumerate() {
             if !self.is_near[v] {
@@ -205,8 +158,7 @@ impl Tissue {
         // To first order, the volume grows in proportion to the rate of all.
         let volume_per_rate = self.swept_volume(&weights);
         if volume_per_rate > 0.0 {
-            let max_rate = tuning::MAX_VOLUME_STEP;
-            let rate = (missing / volume_per_rate).clamp(-max_rate, max_rate);
+            let rate = (missing / volume_per_rate).clamp(-1.0, 1.0);
             let normals = surface::vertex_normals(self.surface.faces(), x);
             for ((x, weight), normal) in x.iter_mut().zip(weights).zip(normals) {
                 *x += rate * weight * normal;
@@ -290,6 +242,7 @@ mod tests {
     use scene::{BodyKind, Scene};
 
     use super::*;
+    use crate::ResolveParams;
     use crate::damage::rounded_to_single;
     use crate::tissue::fitted_tree;
 
@@ -299,7 +252,9 @@ mod tests {
         let surface = mesh.surface();
         scene.add("muscle", BodyKind::Deformable, surface, mesh.positions).expect("a body");
         scene.fit_all().expect("a tree");
-        let mut tissues = Tissue::of_bodies(&scene, Progress::none()).expect("no interruption");
+        let params = ResolveParams::with_smoothing(6.0);
+        let tissues = Tissue::of_bodies(&scene, &params, Progress::none());
+        let mut tissues = tissues.expect("no interruption");
         (scene, tissues.remove(0))
     }
 
@@ -318,12 +273,12 @@ mod tests {
         let mut x = tissue.rest.clone();
         x[40] += 4.0 * tissue.rest_normals[40];
         assert!(stretch(&tissue, &x) > 2.0, "torn out by more than two edges");
-        tissue.limit_strain(1.0, &mut x, Progress::none()).expect("no interruption");
+        tissue.limit_strain(0.8, &mut x, Progress::none()).expect("no interruption");
         let left = stretch(&tissue, &x);
         assert!(left <= 1.0, "{left} lengths of an edge");
         let mut loose = tissue.rest.clone();
         loose[40] += 4.0 * tissue.rest_normals[40];
-        tissue.limit_strain(2.0, &mut loose, Progress::none()).expect("no interruption");
+        tissue.limit_strain(1.6, &mut loose, Progress::none()).expect("no interruption");
         let looser = stretch(&tissue, &loose);
         assert!(looser > left, "the limit is wider: {looser}, not {left}");
     }
@@ -418,20 +373,5 @@ mod tests {
             assert_eq!(crossings(&rounded_to_single(&ends(&shares))), 0, "step {step}");
         }
         assert!(crossed_by_rounding > 0, "some steps cross by rounding alone");
-    }
-
-    #[test]
-    fn a_sheet_pressed_through_itself_is_uncrossed() {
-        let (scene, tissue, d) = pressed_through();
-        let tree = fitted_tree(&scene.bodies()[0]);
-        let mut x = tissue.rest.clone();
-        for (x, d) in x.iter_mut().zip(&d) {
-            *x += *d;
-        }
-        let before = count_self_crossings(&x, tree);
-        assert!(before > 0, "its upper side is below its lower one");
-        tissue.uncross(tree, &mut x, Progress::none()).expect("no interruption");
-        let after = count_self_crossings(&x, tree);
-        assert_eq!(after, 0, "of {before}");
     }
 }

@@ -13,7 +13,6 @@ use proximity::SurfaceTree;
 use surface::progress::{Interrupted, Progress};
 
 use crate::tissue::Tissue;
-use crate::tuning;
 
 /// Gauss–Seidel sweeps over the vertices around a push. Below, the displacement is rough,
 /// which later rounds have to smooth; above, rounds take longer.
@@ -44,7 +43,7 @@ impl Tissue {
         }
 
         // The length to spread over grows with the push, so that no tissue strains more.
-        let length = smoothing.max(tuning::SPREAD_RADIUS * strongest);
+        let length = smoothing.max(self.params.tuning.spread_radius * strongest);
         let free = self.vertices_around(&pushed, tree, length, progress)?;
 
         // The membrane on its foundation, relaxed around the pushed vertices.
@@ -74,7 +73,7 @@ impl Tissue {
         progress: Progress<'_>,
     ) -> Result<Vec<u32>, Interrupted> {
         let workspace = &mut Workspace::default();
-        let max_distance = tuning::SPREAD_RADIUS * length;
+        let max_distance = self.params.tuning.spread_radius * length;
         let mut is_visited = vec![false; self.rest.len()];
         let mut queue = VecDeque::new();
         for &vertex in pushed {
@@ -90,7 +89,7 @@ impl Tissue {
             if visited_count.is_multiple_of(POLL_INTERVAL) {
                 progress.report(0.0)?;
             }
-            self.find_strut(tree, vertex, tuning::MAX_STRUT_LENGTH * length, workspace);
+            self.find_strut(tree, vertex, self.params.tuning.spread_radius * length, workspace);
             let along = self.links(vertex).iter().map(|link| link.neighbor);
             let through = self.strut(vertex).map_or([vertex; 3], |strut| strut.corners);
             for next in along.chain(through) {

@@ -6,7 +6,6 @@ use proximity::{ClosestPoint, NearVertex, SeparationBounds, SurfaceTree};
 use scene::{BodyId, PairId, PairReport};
 use surface::triangle;
 
-use crate::exit_sides::agrees;
 use crate::resolution::{Obstacle, Remaining};
 use crate::run::Run;
 use crate::tissue::{Tissue, fitted_tree};
@@ -14,7 +13,7 @@ use crate::tissue::{Tissue, fitted_tree};
 /// Cosine of the angle between the normal of a vertex and the way into a wall, above which the thickness
 /// under the vertex is that across the room. Below, corners of a body count, under which it is as wide as
 /// it is long; above, few vertices of round bodies count.
-const MIN_FACING: f64 = 0.7;
+const MIN_FACING: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// Room between two rigid bodies that is less than a soft body between them is thick.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,8 +25,9 @@ pub(crate) struct Squeeze {
 }
 
 impl Run<'_> {
-    /// Names the room where pairs came to a standstill, if there is less than a body is thick.
-    pub(crate) fn name_squeezes(
+    /// Names why pairs came to a standstill: the room, if there is less than a body is thick, and surfaces
+    /// that nearly coincide.
+    pub(crate) fn name_standstills(
         &self,
         remaining: &mut [Remaining],
         after: &[PairReport],
@@ -38,8 +38,31 @@ impl Run<'_> {
             let squeeze = report.and_then(|report| self.squeeze_of_overlap(report));
             if let Some(Squeeze { room, thickness }) = squeeze {
                 left.obstacle = Obstacle::Squeezed { room, thickness };
+            } else if self.nearly_coincided(left.pair) {
+                left.obstacle = Obstacle::NearlyCoincident;
             }
         }
+    }
+
+    /// Returns true if most vertices of one body were within the tolerance of the other one's surface at
+    /// the start, on faces that look the same way.
+    fn nearly_coincided(&self, pair: PairId) -> bool {
+        let Some(report) = self.before.iter().find(|before| before.pair == pair) else {
+            return false;
+        };
+        let sides = [(pair.a, &report.a_against_b), (pair.b, &report.b_against_a)];
+        let mut coincided = false;
+        for (id, side) in sides {
+            let tissue = &self.tissues[id.index()];
+            let mut count = 0;
+            for near in &side.near {
+                let is_on = near.gap.abs() <= self.params.tolerance;
+                let outward = tissue.outward(near.vertex);
+                count += usize::from(is_on && tissue.agrees(outward, near.normal));
+            }
+            coincided |= 2 * count > tissue.rest.len();
+        }
+        coincided
     }
 
     /// Returns the room and the thickness where a soft body and a rigid one are nearest, if there is less
@@ -112,7 +135,7 @@ impl Run<'_> {
     ) -> Option<f64> {
         let is_opposite = |found: &ClosestPoint| {
             let way = (found.foot.point - foot).normalize_or_zero();
-            agrees(way, outward)
+            self.tissues[rigid.index()].agrees(way, outward)
         };
         let needed = thickness + 2.0 * self.params.gap;
         let mut room: Option<f64> = None;

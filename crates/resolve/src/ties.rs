@@ -9,9 +9,6 @@ use surface::{Contact, Term};
 use crate::elastic::{Bond, ElasticProblem};
 use crate::run::Run;
 
-/// Stiffness of a tie, relative to the link of a vertex to its neighbors.
-const TIE_STIFFNESS: f64 = 100.0;
-
 impl Run<'_> {
     /// Returns true if two bodies are tied to each other.
     pub(crate) fn is_tied(&self, pair: PairId) -> bool {
@@ -55,8 +52,8 @@ impl Run<'_> {
                 terms.push((first(tie.leader) + corner, -weight));
             }
             let tissue = &self.tissues[tie.follower.index()];
-            let mass = tissue.area(tie.vertex) * tissue.mass_per_area(self.params.smoothing);
-            let stiffness = TIE_STIFFNESS * mass / (tissue.mean_edge * tissue.mean_edge);
+            let mass = tissue.area(tie.vertex) * tissue.mass_per_area();
+            let stiffness = mass / (self.params.tuning.slack * tissue.mean_edge * tissue.mean_edge);
             problem.bonds.push(Bond { terms, stiffness });
         }
     }

@@ -12,11 +12,7 @@ use scene::{Body, BodyId, Scene};
 use surface::progress::{Interrupted, Progress};
 use surface::{TriangleSurface, mean_edge, parallel, triangle, vertex_areas, vertex_normals};
 
-use crate::tuning;
-
-/// Thickness that an open surface is taken to have for its mass \[ℓ\]. Below, it yields more
-/// than the bodies around it; above, less.
-const OPEN_THICKNESS: f64 = 1.0 / 6.0;
+use crate::ResolveParams;
 
 /// One body at rest, with the links between its vertices and its displacement in a round.
 #[derive(Debug)]
@@ -38,6 +34,8 @@ pub(crate) struct Tissue {
     pub(crate) stiffness: f64,
     /// True where positions are rounded to single precision in the end.
     pub(crate) is_written_single: bool,
+    /// Parameters of the run.
+    pub(crate) params: ResolveParams,
     /// Number of self-crossings at the start, if they are to be resolved.
     pub(crate) crossings_to_resolve: Option<usize>,
     /// True for vertices inside another part of the body at the start, |V|; empty where none is.
@@ -98,19 +96,25 @@ impl Tissue {
     /// Builds the tissues of all bodies of a scene at rest where they are.
     pub(crate) fn of_bodies(
         scene: &Scene,
+        params: &ResolveParams,
         progress: Progress<'_>,
     ) -> Result<Vec<Self>, Interrupted> {
         let ids: Vec<BodyId> = scene.ids().collect();
         let tissues = parallel::map(ids.len(), |i| {
             progress.report(0.0)?;
             let body = scene.body(ids[i]);
-            Ok(Self::new(ids[i], body.is_rigid(), fitted_tree(body)))
+            Ok(Self::new(ids[i], body.is_rigid(), fitted_tree(body), params))
         });
         tissues.into_iter().collect()
     }
 
     /// Builds the tissue of a body at rest where it is.
-    pub(crate) fn new(id: BodyId, is_rigid: bool, tree: &SurfaceTree) -> Self {
+    pub(crate) fn new(
+        id: BodyId,
+        is_rigid: bool,
+        tree: &SurfaceTree,
+        params: &ResolveParams,
+    ) -> Self {
         let (surface, x) = (tree.shared_surface(), tree.positions().as_slice());
         let mut tissue = Self {
             id,
@@ -122,7 +126,8 @@ impl Tissue {
             areas: vertex_areas(surface.faces(), x),
             is_fixed: Vec::new(),
             stiffness: 1.0,
-            is_written_single: false,
+            is_written_single: params.rounds_to_single(),
+            params: *params,
             crossings_to_resolve: None,
             is_inside_itself: Vec::new(),
             mean_edge: mean_edge(&surface, tree.positions()),
@@ -161,6 +166,11 @@ impl Tissue {
         orientation * self.rest_normals[vertex as usize]
     }
 
+    /// Returns true if a direction is on one side.
+    pub(crate) fn agrees(&self, direction: DVec3, side: DVec3) -> bool {
+        direction.dot(side) > self.params.tuning.min_cosine
+    }
+
     /// Returns a third of the areas of a vertex's faces at rest.
     pub(crate) fn area(&self, vertex: u32) -> f64 {
         self.areas[vertex as usize]
@@ -175,12 +185,12 @@ impl Tissue {
         doubled / 6.0
     }
 
-    /// Returns the mass per area: the mean thickness, which is assumed for sheets without a volume,
-    /// times the stiffness of the body.
-    pub(crate) fn mass_per_area(&self, smoothing: f64) -> f64 {
+    /// Returns the mass per area: the mean thickness, times the stiffness of the body. Sheets without a
+    /// volume count as thick as their edges are long.
+    pub(crate) fn mass_per_area(&self) -> f64 {
         let thickness = match self.volume {
             Some(volume) if volume != 0.0 => volume.abs() / self.areas.iter().sum::<f64>(),
-            _ => OPEN_THICKNESS * smoothing,
+            _ => self.mean_edge,
         };
         self.stiffness * thickness
     }
@@ -259,7 +269,7 @@ impl Tissue {
         tree: &SurfaceTree,
         change: impl FnOnce(&Self, &mut [DVec3]) -> Result<(), Interrupted>,
     ) -> Result<(), Interrupted> {
-        if !self.is_pushed() && !self.damage.is_spoilt() {
+        if !self.is_pushed() && !self.damage.is_spoilt(self.params.volume_tolerance()) {
             return Ok(());
         }
         let from = tree.positions().as_slice();
@@ -286,9 +296,9 @@ impl Tissue {
     ///
     /// A mass is area times the mean thickness of the body, so that bulky muscles move slim ones, times
     /// its stiffness.
-    pub(crate) fn inverse_masses(&self, smoothing: f64) -> Vec<f64> {
+    pub(crate) fn inverse_masses(&self) -> Vec<f64> {
         // Vertices without a face have no mass, and stay as fixed ones do.
-        let mass_per_area = self.mass_per_area(smoothing);
+        let mass_per_area = self.mass_per_area();
         let mut inverse_masses = vec![0.0; self.areas.len()];
         for (vertex, inverse_mass) in (0..).zip(&mut inverse_masses) {
             let mass = self.area(vertex) * mass_per_area;
@@ -331,9 +341,8 @@ impl Tissue {
 
 impl Damage {
     /// Returns true if the body's shape has to be restored.
-    pub(crate) fn is_spoilt(&self) -> bool {
-        self.flipped_faces + self.self_crossings > 0
-            || self.volume_change > tuning::MAX_VOLUME_CHANGE
+    pub(crate) fn is_spoilt(&self, max_change: f64) -> bool {
+        self.flipped_faces + self.self_crossings > 0 || self.volume_change > max_change
     }
 }
 

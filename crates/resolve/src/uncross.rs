@@ -22,7 +22,8 @@ impl Run<'_> {
     pub(crate) fn uncross_anew(&mut self) -> Result<(), ResolveError> {
         self.scene.fit_all()?;
         let crossing = self.overlapping_pairs();
-        for number in 0..self.tissues.len() {
+        let mut moved = vec![false; self.tissues.len()];
+        for (number, has_moved) in moved.iter_mut().enumerate() {
             let id = self.tissues[number].id;
             if crossing.iter().any(|pair| pair.contains(id)) {
                 continue;
@@ -33,9 +34,10 @@ impl Run<'_> {
                     break;
                 }
                 self.uncross_body(number, rows, &crossing)?;
+                *has_moved = true;
             }
         }
-        Ok(())
+        self.detect_moved(&moved)
     }
 
     /// Makes the rows by which a body's own faces come apart that cross and did not at the start.

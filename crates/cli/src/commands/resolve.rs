@@ -93,7 +93,7 @@ pub(super) fn run(arguments: &ResolveArguments) -> Result<Finished, Failure> {
 
     let [before, after] = STATES;
     let surfaces = OnceCell::new();
-    arguments.stage_report(before, &mut loaded, &surfaces, &mut outputs)?;
+    arguments.stage_report(before, "", &mut loaded, &surfaces, &mut outputs)?;
     stopwatch.lap("report");
     let start: Vec<Vec<DVec3>> =
         loaded.scene.bodies().iter().map(|body| body.positions().to_vec()).collect();
@@ -115,7 +115,8 @@ pub(super) fn run(arguments: &ResolveArguments) -> Result<Finished, Failure> {
         &elements,
     )?;
     stopwatch.lap("prove");
-    arguments.stage_report(after, &mut loaded, &surfaces, &mut outputs)?;
+    let mark = if document.resolved { "" } else { UNPROVED };
+    arguments.stage_report(after, mark, &mut loaded, &surfaces, &mut outputs)?;
     stopwatch.lap("report");
 
     document.written = document.resolved || keep_going;
@@ -153,8 +154,8 @@ fn displacement_file(body: &BodyDescription, mark: &str, has_volume: bool) -> St
 /// States of which there are reports.
 const STATES: [&str; 2] = ["before", "after"];
 
-fn report_file(state: &str) -> String {
-    format!("{state}.html")
+fn report_file(state: &str, mark: &str) -> String {
+    format!("{state}{mark}.html")
 }
 
 impl ResolveArguments {
@@ -165,7 +166,7 @@ impl ResolveArguments {
             files.push(mesh_file(body, ""));
         }
         if !self.no_report {
-            files.extend(STATES.map(report_file));
+            files.extend(STATES.map(|state| report_file(state, "")));
         }
         let plan = self.scene.plan(description).writing(self.json.as_ref());
         plan.writing_into(Some(&self.out), files)
@@ -208,10 +209,12 @@ impl ResolveArguments {
         Ok(())
     }
 
-    /// Writes a report of the present state, unless reports are off.
+    /// Writes a report of the present state, unless reports are off. A mark is of a state that is no
+    /// result.
     fn stage_report(
         &self,
         state: &str,
+        mark: &str,
         loaded: &mut LoadedScene,
         surfaces: &OnceCell<ShownSurfaces>,
         outputs: &mut Outputs,
@@ -230,7 +233,13 @@ impl ResolveArguments {
             shapes: &shapes,
             contacts: &[],
         };
-        let page = checked.page(&format!("Contact {state} overlap removal"), surfaces)?;
-        outputs.stage(&self.out.join(report_file(state)), page)
+        let page = self.out.join(report_file(state, mark));
+        if mark.is_empty() {
+            let title = format!("Contact {state} overlap removal");
+            outputs.stage(&page, checked.page(&title, surfaces)?)
+        } else {
+            let title = format!("Contact {state} overlap removal, which is not complete");
+            outputs.stage_found(&page, checked.page(&title, surfaces)?)
+        }
     }
 }

@@ -89,6 +89,35 @@ fn ignored_pairs_are_left_out_of_what_is_said() {
 }
 
 #[test]
+fn fixed_vertices_of_a_rigid_body_are_refused() {
+    let workshop = Workshop::new();
+    workshop.write("bone.obj", tetrahedron(0.0, 10.0));
+    let scene = "[[body]]\nfile = \"bone.obj\"\nkind = \"rigid\"\n[[fixed]]\nbody = \"bone\"\n\
+                 box = [[-1, -1, -1], [1, 1, 1]]\n";
+    workshop.write("scene.toml", scene);
+    let run = workshop.run("resolve", &["scene.toml", "--out", "apart"]);
+    assert_eq!(run.status, 2, "{}", run.stdout);
+    let problem = "[[fixed]]: 'bone' is rigid and never moves: leave it out";
+    assert!(run.stderr.contains(problem), "{}", run.stderr);
+}
+
+/// Two bones that cross stay as they are.
+#[test]
+fn the_page_of_a_state_that_is_no_result_is_marked() {
+    let workshop = Workshop::new();
+    workshop.write("femur.obj", tetrahedron(0.0, 10.0));
+    workshop.write("tibia.obj", tetrahedron(9.0, 10.0));
+    let arguments = ["femur.obj", "tibia.obj", "--fixed", "femur", "--fixed", "tibia"];
+    let run = workshop.run("resolve", &[&arguments[..], &["--out", "apart"]].concat());
+    assert_eq!(run.status, 1, "{}", run.stdout);
+    let mut files = workshop.listing();
+    files.retain(|name| name.starts_with("apart/"));
+    assert_eq!(files, ["apart/after_unproved.html", "apart/before.html"]);
+    let page = workshop.read("apart/after_unproved.html");
+    assert!(page.contains("Contact after overlap removal, which is not complete"), "the title");
+}
+
+#[test]
 fn invalid_lengths_are_named() {
     let workshop = Workshop::new();
     workshop.write("a.obj", tetrahedron(0.0, 1.0));

@@ -70,6 +70,17 @@ fn identical_bodies_coincide() {
 }
 
 #[test]
+fn bodies_that_nearly_coincide_are_named() {
+    let ball = shapes::icosphere(10.0, 2);
+    let other = ball.clone().rotated(DVec3::new(0.3, 1.0, 0.2), 1e-3);
+    let bodies = [("a", BodyKind::Deformable, ball), ("b", BodyKind::Deformable, other)];
+    let resolution = resolve_within_limits(&mut scene_of(bodies));
+    assert!(!resolution.resolved);
+    let obstacle = resolution.remaining[0].obstacle;
+    assert_eq!(obstacle, Obstacle::NearlyCoincident, "{:?}", resolution.rounds);
+}
+
+#[test]
 fn a_sheet_pierced_by_a_bone_is_named() {
     let sheet = shapes::plate(DVec3::new(40.0, 40.0, 0.5), [8, 8]);
     let bodies = [
