@@ -3,7 +3,7 @@
 use std::error::Error;
 
 use musculo_collide::{
-    BodyId, BodyMove, CheckParams, Detection, Plan, PlanParams, Progress, Scene, SceneError,
+    BodyId, BodyPlace, CheckParams, Detection, Plan, PlanParams, Progress, Scene, SceneError,
     machine_factor,
 };
 
@@ -121,14 +121,12 @@ fn detect(
 
 /// Moves all bodies: rigid ones by their poses.
 fn place(scene: &mut Scene, states: &[BodyState]) -> Result<(), SceneError> {
-    let mut moves = Vec::new();
+    let mut places = Vec::new();
     for state in states {
-        match state {
-            BodyState::Pose(body, pose) => scene.pose_body(*body, pose)?,
-            BodyState::Positions(body, positions) => {
-                moves.push(BodyMove { body: *body, positions });
-            }
-        }
+        places.push(match state {
+            BodyState::Pose(body, pose) => (*body, BodyPlace::Pose(*pose)),
+            BodyState::Positions(body, positions) => (*body, BodyPlace::Positions(positions)),
+        });
     }
-    scene.move_bodies(&moves)
+    scene.place_bodies(&places)
 }

@@ -279,8 +279,8 @@ pub use surface::{
 };
 
 pub use scene::{
-    AreaBracket, Body, BodyId, BodyKind, BodyMove, CheckParams, Coincidence, ContactKind,
-    CurveChain, Depth, DepthBracket, DetectorParams, EdgeOverlap, FacePoint, Fallback,
+    AreaBracket, Body, BodyId, BodyKind, BodyMove, BodyPlace, CheckParams, Coincidence,
+    ContactKind, CurveChain, Depth, DepthBracket, DetectorParams, EdgeOverlap, FacePoint, Fallback,
     FallbackReason, FieldContact, FieldDetector, FieldFeature, JointScene, JointTurns, KeptPair,
     MedialContact, MedialDetector, MedialFeature, NearVertex, NoInside, Overlap, OverlapGeometry,
     OverlapMeasures, PairContacts, PairId, PairOverlap, PairReport, PairSweep, PassThrough,

@@ -5,7 +5,7 @@
 //! of all such points.
 
 use glam::{DVec2, DVec3};
-use surface::triangle;
+use surface::{closest_on_segment, triangle};
 
 /// Distance from a plane, relative to the size of the faces, below which the side of a corner is
 /// left open. It is far above the rounding of differences of coordinates.
@@ -18,7 +18,12 @@ const MIN_SINE: f64 = 1e-6;
 /// Convex polygon around the parts of a face inside another body, in memory that is reused.
 #[derive(Debug, Default)]
 pub(crate) struct CutFace {
+    /// Ends of the segments in which other faces cross it, two by two, then corners.
     points: Vec<DVec3>,
+    /// Per segment, the number of the face that crosses it.
+    crossing: Vec<u32>,
+    /// Bound on the rounding of the ends.
+    rounding: f64,
     /// Points in the plane of the face, with their places.
     flat: Vec<(DVec2, usize)>,
     /// Corners of the polygon, in order.
@@ -36,27 +41,31 @@ enum Crossing {
 
 impl CutFace {
     /// Finds the points around the inside parts of a face: the ends of its crossings with some
-    /// faces, and inside corners; all corners where a crossing is doubtful.
+    /// faces, which come with their numbers, and inside corners; all corners where a crossing is
+    /// doubtful.
     ///
     /// Returns the distance by which inside points may be off the polygon, at most `max_error`.
     pub(crate) fn find(
         &mut self,
         face: [DVec3; 3],
         is_inside: [bool; 3],
-        crossed: impl Iterator<Item = [DVec3; 3]>,
+        crossed: impl Iterator<Item = (u32, [DVec3; 3])>,
         max_error: f64,
     ) -> f64 {
         self.points.clear();
-        let mut max_rounding: f64 = 0.0;
-        for other in crossed {
+        self.crossing.clear();
+        self.rounding = 0.0;
+        for (number, other) in crossed {
             match crossing(face, other) {
                 Crossing::Apart => {}
                 Crossing::Segment(ends, error) if error <= max_error => {
                     self.points.extend(ends);
-                    max_rounding = max_rounding.max(error);
+                    self.crossing.push(number);
+                    self.rounding = self.rounding.max(error);
                 }
                 Crossing::Segment(..) | Crossing::Doubtful => {
                     self.points.clear();
+                    self.crossing.clear();
                     self.points.extend(face);
                     return 0.0;
                 }
@@ -67,18 +76,48 @@ impl CutFace {
                 self.points.push(corner);
             }
         }
-        max_rounding
+        self.rounding
     }
 
     /// Bounds the distance of a point of the polygon from the nearest of the points.
     ///
     /// A point of a triangle is within its longest edge over √3 of a corner.
     pub(crate) fn max_distance(&self) -> f64 {
+        let [lower, upper] = self.bounds();
+        if self.points.is_empty() { 0.0 } else { lower.distance(upper) / 3.0_f64.sqrt() }
+    }
+
+    /// Bounds the distance of a point of the polygon from the segment in its middle, in which another
+    /// face crosses it; infinite where no segment is known.
+    pub(crate) fn max_distance_to_crossing(&self) -> f64 {
+        let [lower, upper] = self.bounds();
+        let (mut middle, mut min_squared) = (None, f64::INFINITY);
+        for ends in self.points.chunks_exact(2).take(self.crossing.len()) {
+            // Of twice the distance.
+            let squared = (ends[0] + ends[1]).distance_squared(lower + upper);
+            if squared < min_squared {
+                (middle, min_squared) = (Some([ends[0], ends[1]]), squared);
+            }
+        }
+
+        // The distance from a segment is convex, so that corners are farthest.
+        let Some(segment) = middle else { return f64::INFINITY };
+        let mut max_squared: f64 = 0.0;
+        for &point in &self.points {
+            let foot = closest_on_segment(point, segment).point;
+            max_squared = max_squared.max(foot.distance_squared(point));
+        }
+
+        // Ends are off by the rounding, and faces that are apart by twice that count as crossing.
+        max_squared.sqrt() + 3.0 * self.rounding
+    }
+
+    fn bounds(&self) -> [DVec3; 2] {
         let (mut lower, mut upper) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for &point in &self.points {
             (lower, upper) = (lower.min(point), upper.max(point));
         }
-        if self.points.is_empty() { 0.0 } else { lower.distance(upper) / 3.0_f64.sqrt() }
+        [lower, upper]
     }
 
     /// Divides the polygon around the points into triangles, and returns their number: none where
@@ -88,9 +127,12 @@ impl CutFace {
         self.hull.len().saturating_sub(2)
     }
 
-    /// Returns one of the triangles.
-    pub(crate) fn triangle(&self, number: usize) -> [DVec3; 3] {
-        [0, number + 1, number + 2].map(|k| self.points[self.hull[k].1])
+    /// Returns one of the triangles, and a face that crosses the polygon at one of its corners, if any.
+    pub(crate) fn triangle(&self, number: usize) -> ([DVec3; 3], Option<u32>) {
+        let places = [0, number + 1, number + 2].map(|k| self.hull[k].1);
+        let at = |place: usize| self.crossing.get(place / 2).copied();
+        let crossing = at(places[1]).or_else(|| at(places[2])).or_else(|| at(places[0]));
+        (places.map(|place| self.points[place]), crossing)
     }
 
     /// Finds the convex hull of the points, seen along the largest component of a normal.
@@ -204,7 +246,7 @@ mod tests {
         let mut point = |scale: f64| {
             scale * DVec3::from_array(std::array::from_fn(|_| 2.0 * random.unit() - 1.0))
         };
-        let mut inside_points = 0;
+        let (mut inside_points, mut bounded_points) = (0, 0);
         for _ in 0..300 {
             let face: [DVec3; 3] = std::array::from_fn(|_| point(1.0));
             let solid: [DVec3; 4] = std::array::from_fn(|_| point(1.5));
@@ -215,9 +257,10 @@ mod tests {
                 side == [side[0]; 4]
             };
             let mut cut = CutFace::default();
-            cut.find(face, face.map(contains), faces.into_iter(), 1e-7);
+            cut.find(face, face.map(contains), (0..).zip(faces), 1e-7);
             let count = cut.divide(triangle::normal(face));
-            let triangles: Vec<_> = (0..count).map(|number| cut.triangle(number)).collect();
+            let triangles: Vec<_> = (0..count).map(|number| cut.triangle(number).0).collect();
+            let by_crossing = cut.max_distance_to_crossing();
             for (i, j) in (0..20).flat_map(|i| (0..20 - i).map(move |j| (i, j))) {
                 let (u, v) = (f64::from(i) / 20.0 + 0.01, f64::from(j) / 20.0 + 0.01);
                 let p = face[0] + u * (face[1] - face[0]) + v * (face[2] - face[0]);
@@ -225,6 +268,10 @@ mod tests {
                     continue;
                 }
                 inside_points += 1;
+                let to_face = |f: [DVec3; 3]| surface::closest_on_triangle(p, f).point.distance(p);
+                let distance = faces.map(to_face).into_iter().fold(f64::INFINITY, f64::min);
+                assert!(distance <= by_crossing, "{distance} beyond {by_crossing}");
+                bounded_points += usize::from(by_crossing < cut.max_distance());
                 let near =
                     triangles.iter().map(|&t| surface::closest_on_triangle(p, t).point.distance(p));
                 let distance = near.fold(f64::INFINITY, f64::min);
@@ -232,6 +279,7 @@ mod tests {
             }
         }
         assert!(inside_points > 1000, "{inside_points}");
+        assert!(bounded_points > 1000, "{bounded_points}");
     }
 
     /// Corners may be off by the doubt: ends move by no more than the bound that comes with them.

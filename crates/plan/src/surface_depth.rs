@@ -13,6 +13,7 @@
 //! ```text
 //! max_i d_i + L/√3            every point is within L/√3 of a corner; outside, d is 0
 //! max_i dist(t_i, g)          the distance from any one face g is convex
+//! max_i dist(t_i, s)          as is that from a segment s where faces cross
 //! dist(c, g) + max_i |t_i − c|
 //! max_i |t_i − c| − dist(c)   where c is outside
 //! ```
@@ -297,18 +298,20 @@ impl<'a> Search<'a> {
 
         // Of the rest, the polygon around what is inside.
         self.clipped += u32::try_from(crossed.len()).unwrap_or(u32::MAX);
-        let faces = crossed.iter().map(|&face| other.corners(face));
+        let faces = crossed.iter().map(|&face| (face, other.corners(face)));
         let is_inside = inside.map(|near| near.is_some());
         self.error = self.error.max(self.cut_face.find(corners, is_inside, faces, self.max_error));
-        let by_polygon = deepest + self.cut_face.max_distance() + self.rounding;
+        let by_corners = deepest + self.cut_face.max_distance() + self.rounding;
+        let by_crossing = self.cut_face.max_distance_to_crossing() + self.rounding;
+        let by_polygon = by_corners.min(by_crossing);
         if by_polygon <= self.pieces.sufficient() {
             self.pieces.leave_out(by_polygon);
             return;
         }
         let bound = bound.min(by_polygon);
         for number in 0..self.cut_face.divide(triangle::normal(corners)) {
-            let triangle = self.cut_face.triangle(number);
-            self.add(bound, self.piece(triangle, side, near, false));
+            let (corners, crossing) = self.cut_face.triangle(number);
+            self.add(bound, self.piece(corners, side, crossing.unwrap_or(near), false));
         }
     }
 

@@ -29,6 +29,15 @@ pub struct BodyMove<'a> {
     pub positions: &'a [DVec3],
 }
 
+/// Place of a body in a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum BodyPlace<'a> {
+    /// Positions of its vertices, |V|.
+    Positions(&'a [DVec3]),
+    /// Pose of a rigid body, which maps the positions that it was added with to the world.
+    Pose(Pose),
+}
+
 /// Pair of bodies, the one of the lower number first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

@@ -88,7 +88,7 @@ pub use proximity::{ContactKind, NearVertex, NoInside, Region, Side, SweptContac
 
 pub use surface::progress::{Interrupted, Progress};
 
-pub use crate::body::{Body, BodyId, BodyKind, BodyMove, PairId, Revision};
+pub use crate::body::{Body, BodyId, BodyKind, BodyMove, BodyPlace, PairId, Revision};
 pub use crate::coincidence::Coincidence;
 pub use crate::depth_bracket::DepthBracket;
 pub use crate::edge_overlap::{EdgeOverlap, FacePoint};

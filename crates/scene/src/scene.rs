@@ -7,7 +7,7 @@ use surface::progress::{Interrupted, Progress};
 use surface::{Aabb, Pose, SimplexSurface, TriangleSurface, parallel};
 
 use crate::broad_phase::overlapping_pairs;
-use crate::{Body, BodyId, BodyKind, BodyMove, PairId, SceneError};
+use crate::{Body, BodyId, BodyKind, BodyMove, BodyPlace, PairId, SceneError};
 
 /// Bodies that may touch each other.
 #[derive(Clone, Debug, Default)]
@@ -162,16 +162,32 @@ impl Scene {
     ///
     /// # Errors
     ///
-    /// [`SceneError::NoSuchBody`], before any body has moved; else as [`move_body`](Self::move_body), of
-    /// the first body with an error, which stays where it was. Other bodies may have moved or not.
+    /// As [`place_bodies`](Self::place_bodies).
     pub fn move_bodies(&mut self, moves: &[BodyMove<'_>]) -> Result<(), SceneError> {
-        let mut positions: Vec<Option<&[DVec3]>> = vec![None; self.bodies.len()];
-        for step in moves {
-            self.get(step.body)?;
-            positions[step.body.index()] = Some(step.positions);
+        let mut places = Vec::new();
+        for &BodyMove { body, positions } in moves {
+            places.push((body, BodyPlace::Positions(positions)));
         }
-        parallel::try_for_each_mut(&mut self.bodies, |number, body| match positions[number] {
-            Some(x) => body.set_positions(x),
+        self.place_bodies(&places)
+    }
+
+    /// Places several bodies as they are in a frame, in all threads; of two places of a body the last
+    /// counts.
+    ///
+    /// # Errors
+    ///
+    /// [`SceneError::NoSuchBody`], before any body has moved; else as [`move_body`](Self::move_body) and
+    /// [`pose_body`](Self::pose_body), of the first body with an error, which stays where it was. Other
+    /// bodies may have moved or not.
+    pub fn place_bodies(&mut self, places: &[(BodyId, BodyPlace<'_>)]) -> Result<(), SceneError> {
+        let mut of_bodies: Vec<Option<BodyPlace<'_>>> = vec![None; self.bodies.len()];
+        for &(id, place) in places {
+            self.get(id)?;
+            of_bodies[id.index()] = Some(place);
+        }
+        parallel::try_for_each_mut(&mut self.bodies, |number, body| match of_bodies[number] {
+            Some(BodyPlace::Positions(x)) => body.set_positions(x),
+            Some(BodyPlace::Pose(pose)) => body.set_pose(&pose),
             None => Ok(()),
         })
     }
@@ -359,6 +375,7 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use fixtures::shapes::tetrahedron;
+    use glam::DQuat;
 
     use super::*;
 
@@ -385,6 +402,15 @@ mod tests {
         }
         together.move_bodies(&[to(1, 1), to(3, 0), to(1, 2)]).expect("moves");
         assert_eq!(together.particle_positions(), alone.particle_positions());
+
+        // By poses and positions in one call, too.
+        let pose = Pose::new(DQuat::from_rotation_z(0.4), DVec3::X);
+        alone.pose_body(ids[0], &pose).expect("a pose");
+        alone.move_body(ids[2], &places[2]).expect("a move");
+        let [by_pose, by_positions] = [BodyPlace::Pose(pose), BodyPlace::Positions(&places[2])];
+        together.place_bodies(&[(ids[2], by_positions), (ids[0], by_pose)]).expect("places");
+        assert_eq!(together.particle_positions(), alone.particle_positions());
+        assert_eq!(together.body(ids[0]).pose(), Some(pose));
 
         // Without the body nothing moves; positions that are refused leave theirs where it was.
         let unknown = BodyMove { body: BodyId(4), ..to(0, 0) };

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use glam::DVec3;
 use musculo_collide::distance_field::Pose;
-use musculo_collide::{BodyId, BodyMove, Detection, FrameBudget, Plan, Scene, SceneError};
+use musculo_collide::{BodyId, BodyPlace, Detection, FrameBudget, Plan, Scene, SceneError};
 
 use super::plan_comparison::Comparison;
 use super::plan_times::FrameTimes;
@@ -91,14 +91,14 @@ impl<'a> FrameSource<'a> {
 }
 
 fn place(scene: &mut Scene, states: &[(BodyId, BodyState)]) -> Result<(), SceneError> {
-    let mut moves = Vec::new();
+    let mut places = Vec::new();
     for &(body, ref state) in states {
-        match state {
-            BodyState::Pose(pose) => scene.pose_body(body, pose)?,
-            BodyState::Positions(positions) => moves.push(BodyMove { body, positions }),
-        }
+        places.push(match state {
+            BodyState::Pose(pose) => (body, BodyPlace::Pose(*pose)),
+            BodyState::Positions(positions) => (body, BodyPlace::Positions(positions)),
+        });
     }
-    scene.move_bodies(&moves)
+    scene.place_bodies(&places)
 }
 
 /// Detects the present state once more, with the time of each pair.
