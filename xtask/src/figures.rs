@@ -21,9 +21,6 @@ use crate::table::{Row, Verdict};
 /// stay zero.
 const GENEROUS: f64 = 2.0;
 
-/// Crates whose quick figures are measured at a time.
-const LANES: usize = 2;
-
 /// Units of times.
 const TIME_UNITS: [&str; 4] = ["ns", "us", "ms", "s"];
 
@@ -49,6 +46,9 @@ const WITHOUT_CHARTS: &[&str] =
 /// The same with all.
 const WITH_CHARTS: &[&str] = &["--release", "--locked", "-p=benches", "--features=peers"];
 
+/// Crates whose figures are of few crates.
+const OF_FEW_CRATES: [&str; 6] = ["ccd", "distance-field", "kdop", "medial", "overlap", "response"];
+
 /// One figure, as `benches` prints it.
 #[derive(Clone, Debug, PartialEq)]
 struct Figure {
@@ -67,13 +67,14 @@ struct Figure {
 
 /// Prints the figures of the named crates, or of all; fails where one exceeds its bound.
 pub(crate) fn ratios(root: &Path, names: &[&str]) -> TaskResult {
-    // Those that are of few crates build without the features of charts.
-    let needs_more = |name: &&str| {
-        !["ccd", "distance-field", "kdop", "medial", "overlap", "response"].contains(name)
-    };
     let crates = if names.first() == Some(&"--only") { names.get(2..) } else { Some(names) };
     let crates = crates.unwrap_or_default();
-    let needs_charts = crates.is_empty() || crates.iter().any(needs_more);
+
+    // Figures of few crates build without the features of charts.
+    let mut needs_charts = crates.is_empty();
+    for name in crates {
+        needs_charts |= !OF_FEW_CRATES.contains(name);
+    }
     let package = if needs_charts { WITH_CHARTS } else { WITHOUT_CHARTS };
     report(&run_benches(root, package, &[&["ratios"], names].concat())?)
 }
@@ -91,7 +92,8 @@ fn report(figures: &[Figure]) -> TaskResult {
 
 /// Builds the program of the figures that verification holds.
 pub(crate) fn build(root: &Path) -> TaskResult {
-    build_program(root, WITHOUT_PEERS).map(|_| ())
+    build_program(root, WITHOUT_PEERS)?;
+    Ok(())
 }
 
 /// Prints all figures that need no charts, those beside other libraries among them, with less time
@@ -177,16 +179,19 @@ pub(crate) fn set_compiler(command: &mut Command) {
 /// Returns the names of all crates, which are those of their folders: tests may have settings of
 /// their own for any of them.
 fn crates(root: &Path) -> Result<Vec<String>, String> {
-    let failed = |error: std::io::Error| format!("crates cannot be listed: {error}");
     let mut names = Vec::new();
-    for folder in root.join("crates").read_dir().map_err(failed)? {
-        names.push(folder.map_err(failed)?.file_name().to_string_lossy().into_owned());
+    for folder in root.join("crates").read_dir().map_err(cannot_list)? {
+        names.push(folder.map_err(cannot_list)?.file_name().to_string_lossy().into_owned());
     }
     names.sort_unstable();
     Ok(names)
 }
 
-/// Runs the figures of all crates in little time, [`LANES`] crates at a time, the first ones first.
+fn cannot_list(error: std::io::Error) -> String {
+    format!("crates cannot be listed: {error}")
+}
+
+/// Runs the figures of all crates in little time, those of two crates at a time.
 ///
 /// Sides of a comparison take turns, so that what the other lane takes of the machine is taken from
 /// both.
@@ -200,28 +205,33 @@ fn run_quickly(root: &Path, package: &[&str]) -> Result<Vec<Figure>, String> {
         return Err(format!("benches ratios --list ended with {listed}"));
     }
 
-    // Each lane takes the next crate when it is done with one.
+    // One lane on a thread of its own, the other here.
     print_heading();
     let next = AtomicUsize::new(0);
-    let run_lane = || {
-        let mut figures = Vec::new();
-        while let Some(group) = groups.get(next.fetch_add(1, Ordering::Relaxed)) {
-            figures.extend(read_figures(root, &program, &["ratios", "--quick", group])?);
-        }
-        Ok::<_, String>(figures)
-    };
-    let lanes: Vec<_> = thread::scope(|scope| {
-        let lanes: Vec<_> = (0..LANES).map(|_| scope.spawn(run_lane)).collect();
-        lanes.into_iter().map(thread::ScopedJoinHandle::join).collect()
+    let (figures, others) = thread::scope(|scope| {
+        let others = scope.spawn(|| run_lane(root, &program, &groups, &next));
+        (run_lane(root, &program, &groups, &next), others.join())
     });
+    let Ok(others) = others else { return Err("a lane of figures panicked".to_owned()) };
 
+    // By crate, whichever lane was quicker.
+    let mut figures = figures?;
+    figures.extend(others?);
+    figures.sort_by(Figure::compare_groups);
+    Ok(figures)
+}
+
+/// Runs the figures of one crate after the other, each time the next that no lane has taken.
+fn run_lane(
+    root: &Path,
+    program: &Path,
+    groups: &[String],
+    next: &AtomicUsize,
+) -> Result<Vec<Figure>, String> {
     let mut figures = Vec::new();
-    for lane in lanes {
-        figures.extend(lane.map_err(|_| "a lane of figures panicked".to_owned())??);
+    while let Some(group) = groups.get(next.fetch_add(1, Ordering::Relaxed)) {
+        figures.extend(read_figures(root, program, &["ratios", "--quick", group])?);
     }
-
-    // In the order of the list, whichever lane was quicker.
-    figures.sort_by_key(|figure| groups.iter().position(|group| *group == figure.group));
     Ok(figures)
 }
 
@@ -267,6 +277,11 @@ impl Figure {
             allowed: number("allowed"),
             verdict: text("verdict")?,
         })
+    }
+
+    /// Orders by crate.
+    fn compare_groups(&self, other: &Self) -> std::cmp::Ordering {
+        self.group.cmp(&other.group)
     }
 
     fn is_short(&self) -> bool {
