@@ -155,4 +155,34 @@ mod tests {
         let reports = scene.check(&CheckParams::without_measures(9.0), Progress::none());
         assert!(!reports.expect("reports")[0].overlaps);
     }
+
+    /// A thin body that was taken out of a bone, and has come to cross itself in the last round there is.
+    #[test]
+    fn what_crosses_itself_after_the_last_round_is_taken_apart() {
+        let muscle = shapes::ellipsoid(DVec3::new(12.0, 12.0, 2.0), 3);
+        let bone = shapes::plate(DVec3::new(16.0, 16.0, 1.0), [4, 4]).translated(DVec3::Z * -2.3);
+        let mut x = muscle.positions.clone();
+        for x in &mut x {
+            let is_pressed = x.z > 0.0 && x.truncate().length() < 3.0;
+            x.z += if is_pressed { -3.7 } else { 0.5 };
+        }
+        let mut scene = bone_and_muscle(bone, muscle);
+        let conditions = Conditions::default();
+        let params = ResolveParams {
+            max_rounds: 1,
+            max_volume_change: 0.5,
+            max_strain: 10.0,
+            ..ResolveParams::with_smoothing(6.0)
+        };
+        let run = Run::new(&mut scene, params, &conditions, &[], None, Progress::none());
+        let mut run = run.expect("a run");
+        run.move_soft(|_, _| Some(x.clone())).expect("positions");
+        run.record().expect("a round");
+        let last = run.rounds[1];
+        assert_eq!((last.overlapping_pairs, last.self_crossings > 0), (0, true), "{last:?}");
+
+        let resolution = run.complete().expect("a resolution");
+        assert_eq!(resolution.bodies[1].self_crossings, [0, 0]);
+        assert!(resolution.resolved, "{:?} {:?}", resolution.remaining, resolution.broken_limits);
+    }
 }
