@@ -11,7 +11,7 @@ use super::motion_scenes::{BodyState, Walk};
 use crate::measure::{Report, as_f64, nanoseconds, wall_time};
 
 /// Tolerances \[mm\], with the aimed and the allowed time of a frame over that of exact detection.
-const TOLERANCES: [(f64, f64, f64); 3] = [(0.5, 0.5, 0.5), (1.0, 0.35, 0.37), (2.0, 0.2, 0.24)];
+const TOLERANCES: [(f64, f64, f64); 3] = [(0.5, 0.5, 0.5), (1.0, 0.35, 0.37), (2.0, 0.2, 0.22)];
 
 /// Every so many frames of the walk is detected.
 const STRIDE: usize = 9;

@@ -48,6 +48,7 @@
 //! - `serde`: results implement `Serialize` and `Deserialize`.
 
 mod body;
+mod body_place;
 mod broad_phase;
 mod check;
 mod closest_pairs;
@@ -88,7 +89,8 @@ pub use proximity::{ContactKind, NearVertex, NoInside, Region, Side, SweptContac
 
 pub use surface::progress::{Interrupted, Progress};
 
-pub use crate::body::{Body, BodyId, BodyKind, BodyMove, BodyPlace, PairId, Revision};
+pub use crate::body::{Body, BodyId, BodyKind, PairId, Revision};
+pub use crate::body_place::{BodyMove, BodyPlace};
 pub use crate::coincidence::Coincidence;
 pub use crate::depth_bracket::DepthBracket;
 pub use crate::edge_overlap::{EdgeOverlap, FacePoint};

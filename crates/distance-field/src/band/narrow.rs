@@ -135,7 +135,7 @@ impl<const V: usize> Batch<V> {
     }
 }
 
-/// What a batch holds of an element.
+/// Element as a batch holds it.
 struct BatchLane<const V: usize> {
     origin: DVec3,
     axis: usize,
