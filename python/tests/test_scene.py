@@ -193,9 +193,12 @@ def test_limits_of_a_resolution_are_kept_unless_they_are_waived():
         return scene
 
     kept = squeezed().resolve(max_volume_change=1e-9)
-    assert not kept.resolved and kept.bodies[2].volume_ratio == pytest.approx(1, abs=1e-9)
-    waived = squeezed().resolve(max_volume_change=1e-9, keep_going=True)
-    assert abs(waived.bodies[2].volume_ratio - 1) > 1e-9
+    assert kept.resolved and kept.bodies[2].volume_ratio == pytest.approx(1, abs=1e-9)
+    refused = squeezed().resolve(max_strain=0.1)
+    assert not refused.resolved and refused.bodies[2].strain <= 0.1
+    waived = squeezed().resolve(max_strain=0.1, keep_going=True)
+    assert waived.bodies[2].strain > 0.1
+    assert [broken.name for broken in waived.broken_limits] == ["muscle"]
     with pytest.raises(InputError, match="max_volume_change"):
         squeezed().resolve(max_volume_change=0.0)
 

@@ -59,8 +59,9 @@ pub struct OperationCounts {
 /// Number of kinds of operations.
 const KINDS: usize = 17;
 
-/// Time of one closest point of a triangle on the reference machine \[s\].
-const REFERENCE_QUERY_TIME: f64 = 12e-9;
+/// Time of one closest point of a triangle on the reference machine \[s\], as long as makes frames that
+/// are predicted on another one no more often too short than too long.
+const REFERENCE_QUERY_TIME: f64 = 10.6e-9;
 
 impl OperationCounts {
     /// Times of single operations on the reference machine \[s\], as `cargo xtask chart costs`
