@@ -61,7 +61,7 @@ const KINDS: usize = 17;
 
 /// Time of one closest point of a triangle on the reference machine \[s\], as long as makes frames that
 /// are predicted on another one no more often too short than too long.
-const REFERENCE_QUERY_TIME: f64 = 10.6e-9;
+const REFERENCE_QUERY_TIME: f64 = 11.2e-9;
 
 impl OperationCounts {
     /// Times of single operations on the reference machine \[s\], as `cargo xtask chart costs`
