@@ -173,6 +173,7 @@ fn decided_cases() {
         ("corner on the face", [v(1.0, 1.0, 0.0), v(1.0, 1.0, 4.0), v(2.0, 1.0, 4.0)], Touching),
         ("edge on the face", [v(1.0, 1.0, 0.0), v(2.0, 1.0, 0.0), v(2.0, 1.0, 4.0)], Touching),
         ("overlap in the plane", [v(1.0, 1.0, 0.0), v(9.0, 1.0, 0.0), v(1.0, 9.0, 0.0)], Touching),
+        ("star in the plane", [v(3.0, 3.0, 0.0), v(-1.0, 3.0, 0.0), v(3.0, -1.0, 0.0)], Touching),
         (
             "edges meet in a point",
             [v(-1.0, 1.0, -1.0), v(1.0, 1.0, 1.0), v(-1.0, 1.0, 1.0)],
