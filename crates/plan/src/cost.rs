@@ -59,8 +59,10 @@ pub struct OperationCounts {
 /// Number of kinds of operations.
 const KINDS: usize = 17;
 
-/// Time of one closest point of a triangle on the reference machine \[s\], as long as makes frames that
-/// are predicted on another one no more often too short than too long.
+/// Time of one closest point of a triangle on the reference machine \[s\].
+///
+/// Calibrated, as `benches regret` prints: frames on another machine are predicted too short as often as
+/// too long.
 const REFERENCE_QUERY_TIME: f64 = 11.2e-9;
 
 impl OperationCounts {

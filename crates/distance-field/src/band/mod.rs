@@ -8,6 +8,8 @@ mod narrow;
 mod quasi;
 mod regions;
 mod rows;
+mod sides;
+mod slab;
 mod spread;
 
 use surface::progress::Progress;

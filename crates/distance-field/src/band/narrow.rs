@@ -13,8 +13,9 @@ use wide::f32x4;
 
 use super::layers::{Candidate, Found, LANES, Regions, SLACK, Vectors};
 use super::layers::{add, cross, dot, negated, round, splat, times};
-use super::regions::{Slab, WIDENING};
 use super::rows::{cone, prism, wedge};
+use super::sides::WIDENING;
+use super::slab::Slab;
 use crate::num::single;
 use crate::units::GridSurface;
 
