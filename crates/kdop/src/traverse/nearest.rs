@@ -133,7 +133,7 @@ impl<const S: usize> DopTree<S> {
                         }
                     }
                     // The nearest child is popped first, and shortens the search of the others.
-                    stack[first..].sort_unstable_by(|p, q| q.0.total_cmp(&p.0));
+                    sort_farthest_first(&mut stack[first..]);
                 }
                 Child::Cluster(cluster) => {
                     // A leaf costs about as much to visit as its bounds along all directions.
@@ -198,6 +198,14 @@ impl<const S: usize> DopTree<S> {
             Child::None => {}
         }
     }
+}
+
+/// Sorts the children of a node by their bounds, from the largest.
+///
+/// A function of its own, so that sorting is compiled once per crate and not for each `visit`.
+#[inline]
+fn sort_farthest_first(children: &mut [(f32, ChildRef)]) {
+    children.sort_unstable_by(|p, q| q.0.total_cmp(&p.0));
 }
 
 /// Distances are not distinguished beyond this, so that their squares stay finite.
