@@ -216,30 +216,31 @@ fn trees_trade_certainty_for_tests() {
     assert!(!found.overlap && found.probability > Some(0.0), "{found:?}");
 }
 
-/// Returns the mean share of the crossings found in one step, over some seeds.
-fn recall(draws: u32, max_moves: u32) -> f64 {
+/// Returns the mean share of the crossings found in one step, over a number of seeds.
+fn recall(draws: u32, max_moves: u32, seeds: u32) -> f64 {
     let [a, b] = spheres(17.0);
     let expected = reference::crossing_faces(&a.mesh, &b.mesh);
     let params = SelectedPairsParams { draws, max_moves, ..SelectedPairsParams::new(5.0) };
-    let found = (0..8).map(|seed| {
-        let mut pairs = SelectedPairs::new(seed);
+    let found = (0..seeds).map(|seed| {
+        let mut pairs = SelectedPairs::new(u64::from(seed));
         let found = pairs.step(a.body(), b.body(), &params).expect("valid").crossing_faces;
         let found = found.expect("pairs report crossings");
         assert!(found.iter().all(|pair| expected.contains(pair)), "no crossing is made up");
         let count = |pairs: &[[u32; 2]]| u32::try_from(pairs.len()).expect("few");
         f64::from(count(&found)) / f64::from(count(&expected))
     });
-    found.sum::<f64>() / 8.0
+    found.sum::<f64>() / f64::from(seeds)
 }
 
 #[test]
 fn recall_grows_with_the_budget_to_all() {
-    let few = recall(20, 0);
-    let some = recall(2_000, 0);
-    let many = recall(2_000, 40);
+    let few = recall(20, 0, 8);
+    let some = recall(2_000, 0, 8);
+    let many = recall(2_000, 40, 8);
     assert!(few <= some && some <= many, "{few} {some} {many}");
     assert!(few < 0.5 && many > 0.9, "{few} {some} {many}");
-    assert!(recall(u32::MAX, 0) >= 1.0, "all pairs are drawn");
+    // All pairs are drawn, whatever the seed.
+    assert!(recall(u32::MAX, 0, 1) >= 1.0, "some crossings are missing");
 }
 
 #[test]

@@ -276,7 +276,12 @@ fn settings() -> Settings {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::LazyLock;
+
     use super::*;
+
+    /// The maps of all responses, computed once for all tests.
+    static MAPS: LazyLock<[Maps; RESPONSES.len()]> = LazyLock::new(|| compute().unwrap());
 
     /// Cells on either side of a line are on the right side of it; those that it passes through
     /// may be either.
@@ -309,17 +314,17 @@ mod tests {
     #[test]
     fn borders_are_on_the_known_lines() {
         let explicit = [Scheme::ExplicitEuler, Scheme::Taylor, Scheme::SymplecticEuler];
-        for (response, maps) in RESPONSES.iter().zip(compute().unwrap()) {
+        for (response, maps) in RESPONSES.iter().zip(&*MAPS) {
             for map in maps {
                 match response.drawing {
                     // A bounce is one-sided: it may gain within the limit.
                     Drawing::Cells { .. } if response.name.starts_with("bounce") => {}
-                    Drawing::Cells { limit, .. } => border_is_on_the_line(limit, &map),
+                    Drawing::Cells { limit, .. } => border_is_on_the_line(limit, map),
                     // Implicit integrators have no limit for soft responses.
                     Drawing::Curves(copies)
                         if explicit.contains(&map.scheme) || copies.len() > 2 =>
                     {
-                        copies_are_stable_up_to_the_max(copies, &map);
+                        copies_are_stable_up_to_the_max(copies, map);
                     }
                     Drawing::Curves(_) => {}
                 }
@@ -329,7 +334,7 @@ mod tests {
 
     #[test]
     fn the_same_numbers_every_time() {
-        let numbers = || rows(&compute().unwrap());
-        assert_eq!(format!("{:?}", numbers()), format!("{:?}", numbers()));
+        let again = compute().unwrap();
+        assert_eq!(format!("{:?}", rows(&again)), format!("{:?}", rows(&*MAPS)));
     }
 }

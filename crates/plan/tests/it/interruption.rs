@@ -42,7 +42,7 @@ fn a_plan_ends_at_any_poll() {
 /// Polls are for pieces of the work, not for its stages: more work, more polls.
 #[test]
 fn polls_grow_with_the_bodies() {
-    let [few, many] = [4, 6].map(|halvings| plan_with_polls(halvings, usize::MAX).1);
-    // Three bodies of 81,920 faces each; a thousand faces take some milliseconds.
-    assert!(many > few + 3 * 81_920 / 1024, "{few} polls, {many} for 16 times as many faces");
+    let [few, many] = [3, 5].map(|halvings| plan_with_polls(halvings, usize::MAX).1);
+    // Three bodies of 20,480 faces each; a thousand faces take some milliseconds.
+    assert!(many > few + 3 * 20_480 / 1024, "{few} polls, {many} for 16 times as many faces");
 }

@@ -78,7 +78,8 @@ fn wherever_a_run_stops_nothing_crosses_anew() {
         assert_accepted(&resolution);
         new_pairs += resolution.rounds.iter().map(|round| round.new_pairs).sum::<usize>();
         gap_rounds += resolution.gap_rounds.len();
-        let after = scene.check(&CheckParams::new(0.0), Progress::none()).expect("a check");
+        let after =
+            scene.check(&CheckParams::without_measures(0.0), Progress::none()).expect("a check");
         for pair in after.iter().filter(|pair| pair.overlaps) {
             let before = resolution.before.iter().find(|before| before.pair == pair.pair);
             let was_there = before.is_some_and(|before| before.overlaps);

@@ -19,7 +19,8 @@ fn turned(turns: f64) -> Scene {
 
 #[test]
 fn a_knee_at_rest_is_free() {
-    let reports = turned(0.0).check(&CheckParams::new(0.0), Progress::none()).expect("a check");
+    let reports =
+        turned(0.0).check(&CheckParams::without_measures(0.0), Progress::none()).expect("a check");
     assert!(reports.iter().all(|report| !report.overlaps), "{:?}", reports.len());
 }
 

@@ -34,7 +34,8 @@ fn resolve(scene: &mut Scene) -> Resolution {
 
 /// Returns the depth of the deepest overlap, as detection finds it.
 fn max_depth(scene: &mut Scene) -> f64 {
-    let pairs = scene.check(&CheckParams::new(0.0), Progress::none()).expect("a check");
+    let pairs =
+        scene.check(&CheckParams::without_measures(0.0), Progress::none()).expect("a check");
     pairs.iter().map(|pair| pair.max_vertex_depth).fold(0.0, f64::max)
 }
 

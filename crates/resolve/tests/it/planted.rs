@@ -42,14 +42,16 @@ fn edges_that_cross_without_a_vertex_inside_are_separated() {
     let muscle = turned.translated(DVec3::Z * (2.0 * edge - 0.3));
     let bone = bone.rotated(DVec3::Y, 0.125);
     let (mut scene, _) = bone_and_muscle(bone, muscle);
-    let before = scene.check(&CheckParams::new(0.0), Progress::none()).expect("a check");
+    let before =
+        scene.check(&CheckParams::without_measures(0.0), Progress::none()).expect("a check");
     assert!(before[0].overlaps && before[0].max_vertex_depth == 0.0, "edges alone: {before:?}");
     let resolution = resolve(&mut scene);
     assert!(resolution.rounds[0].max_depth > 0.2, "{:?}", resolution.rounds);
     assert!(resolution.resolved && resolution.remaining.is_empty(), "{:?}", resolution.remaining);
     let first = resolution.rounds[1].max_depth;
     assert!(first < 0.01, "pushed at once, not when all else fails: {first} left by one round");
-    let after = scene.check(&CheckParams::new(0.0), Progress::none()).expect("a check");
+    let after =
+        scene.check(&CheckParams::without_measures(0.0), Progress::none()).expect("a check");
     assert!(after.iter().all(|pair| !pair.overlaps), "{after:?}");
 }
 

@@ -84,7 +84,7 @@ impl Pair {
 
     /// Counts vertices within the margin, by all closest points.
     fn near_count(&mut self, tilt: f64) -> usize {
-        let reports = self.scene.check(&CheckParams::new(MARGIN), Progress::none());
+        let reports = self.scene.check(&CheckParams::without_measures(MARGIN), Progress::none());
         let reports = reports.expect("valid");
         let near = reports
             .iter()

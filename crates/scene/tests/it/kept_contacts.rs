@@ -86,7 +86,8 @@ impl World {
         let range = self.scene.body(self.ball).particles();
         let x = self.x[range.start as usize..range.end as usize].to_vec();
         self.scene.move_body(self.ball, &x).expect("finite");
-        let reports = self.scene.check(&CheckParams::new(5.0), Progress::none()).expect("valid");
+        let reports =
+            self.scene.check(&CheckParams::without_measures(5.0), Progress::none()).expect("valid");
         let near = reports.iter().flat_map(|report| &report.b_against_a.near);
         near.map(|near| near.gap).fold(f64::INFINITY, f64::min)
     }

@@ -59,7 +59,7 @@ fn gaps_agree_with_the_exact_check() {
     let contacts = scene.medial_contacts(a, b, &mut medial).unwrap();
     assert_consistent(&contacts, &scene);
 
-    let reports = scene.check(&CheckParams::new(1.0), Progress::none()).unwrap();
+    let reports = scene.check(&CheckParams::without_measures(1.0), Progress::none()).unwrap();
     let [pair] = &reports[..] else { panic!("one pair") };
     let (mut worst, mut turned, mut inside) = (0.0_f64, 0.0_f64, 0);
     for near in &pair.a_against_b.near {

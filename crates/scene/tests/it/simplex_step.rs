@@ -140,7 +140,8 @@ fn a_simplex_body_rests_on_a_bone() {
     world.assert_centered();
 
     // The scene is at the corrected positions, free of the bone.
-    let reports = world.scene.check(&CheckParams::new(0.0), Progress::none()).expect("valid");
+    let reports =
+        world.scene.check(&CheckParams::without_measures(0.0), Progress::none()).expect("valid");
     let depth = reports.iter().map(|report| report.max_vertex_depth).fold(0.0, f64::max);
     assert!(depth < 1e-6, "{depth}");
 }

@@ -160,7 +160,8 @@ impl World {
             measured.fallbacks += self.detectors.fallbacks().len();
         }
         self.scene.move_body(self.ball, &self.x[particles]).expect("finite");
-        let reports = self.scene.check(&CheckParams::new(0.0), Progress::none()).expect("valid");
+        let reports =
+            self.scene.check(&CheckParams::without_measures(0.0), Progress::none()).expect("valid");
         for report in reports {
             measured.depth = measured.depth.max(report.max_vertex_depth);
         }

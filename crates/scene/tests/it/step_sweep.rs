@@ -77,7 +77,8 @@ impl World {
         let pose = Pose::new(DQuat::IDENTITY, share * H * bone_velocity);
         self.scene.pose_body(self.bone, &pose).expect("a bone");
         self.scene.move_body(self.ball, &x).expect("finite");
-        let reports = self.scene.check(&CheckParams::new(0.0), Progress::none()).expect("valid");
+        let reports =
+            self.scene.check(&CheckParams::without_measures(0.0), Progress::none()).expect("valid");
         reports.iter().map(|report| report.max_vertex_depth).fold(0.0, f64::max)
     }
 }

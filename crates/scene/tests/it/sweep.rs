@@ -94,7 +94,7 @@ fn nothing_overlaps_within_the_free_step() {
     cases(2, 100, |u| {
         let [a, b, a1, b1] = two_bodies(u)?;
         let (mut scene, ids) = scene_of(&[&a, &b]);
-        let params = CheckParams::new(0.0);
+        let params = CheckParams::without_measures(0.0);
         if scene.check(&params, Progress::none()).unwrap().iter().any(|pair| pair.overlaps) {
             return Ok(());
         }
