@@ -26,13 +26,14 @@ const TIME_UNITS: [&str; 4] = ["ns", "us", "ms", "s"];
 
 /// Arguments of cargo that build `benches` for verification, without charts and other libraries.
 ///
-/// The settings are those of a release, by the name of the profile of tests: cargo then takes the
-/// libraries of others from their build.
+/// The settings are those of a release, by the name of the profile of tests, and the features those
+/// of the whole workspace: cargo then takes the libraries of others from the build of the tests.
 const WITHOUT_PEERS: &[&str] = &[
     "--locked",
-    "-p=benches",
+    "--workspace",
+    "--bin=benches",
     "--no-default-features",
-    "--features=figures",
+    "--features=benches/figures",
     "--config=profile.dev.opt-level=3",
     "--config=profile.dev.debug-assertions=false",
     "--config=profile.dev.overflow-checks=false",
@@ -147,7 +148,7 @@ fn build_program(root: &Path, package: &[&str]) -> Result<PathBuf, String> {
     command.args(["build", "--quiet", "--message-format=json-render-diagnostics"]).args(package);
     command.current_dir(root);
     if package == WITHOUT_PEERS {
-        set_compiler(&mut command);
+        set_one_unit(&mut command);
         for name in crates(root)? {
             command.arg(format!("--config=profile.dev.package.{name}.opt-level=3"));
         }
@@ -172,7 +173,7 @@ fn build_program(root: &Path, package: &[&str]) -> Result<PathBuf, String> {
 
 /// Sets what takes a third less of the compiler's time where nothing is built again: one unit per
 /// crate, and no partial results.
-pub(crate) fn set_compiler(command: &mut Command) {
+pub(crate) fn set_one_unit(command: &mut Command) {
     command.env("CARGO_INCREMENTAL", "0").env("CARGO_PROFILE_DEV_CODEGEN_UNITS", "1");
 }
 

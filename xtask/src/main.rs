@@ -22,6 +22,7 @@
 
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "programs that print")]
 
+mod compiler;
 mod figures;
 mod long_tests;
 mod number;
@@ -57,6 +58,9 @@ usage: cargo xtask TASK
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
+    if let Some(status) = compiler::run(&arguments) {
+        return status;
+    }
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
     match run(&root(), &arguments) {
         Ok(()) => ExitCode::SUCCESS,

@@ -9,6 +9,7 @@ use std::path::Path;
 use std::process::Command;
 use std::sync::{Mutex, PoisonError};
 
+use crate::compiler::set_compiler;
 use crate::long_tests::LONG_TESTS;
 use crate::process::read_lines;
 use crate::table::{Row, Table, Verdict};
@@ -85,7 +86,7 @@ fn cargo_tests(extent: Extent) -> Command {
     command.args(TESTS);
     if extent == Extent::Full {
         // Partial results are for the inner loop.
-        figures::set_compiler(&mut command);
+        set_compiler(&mut command);
     }
     command
 }
