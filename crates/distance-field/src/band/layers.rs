@@ -48,19 +48,32 @@ pub(super) struct Found {
     distances: [[f32; LANES]; GROUPS],
 }
 
-/// Node that may be in a region.
-pub(super) struct Candidate {
+/// Node that may be in a region, where it was found: read from there, since numbers that are
+/// stored one by one and then loaded together are waited for.
+pub(super) struct Candidate<'a> {
+    found: &'a Found,
+    group: usize,
     pub(super) lane: usize,
-    /// Coordinates from the origin of the region.
-    pub(super) node: [f32; 3],
-    /// Least distance from the sides, moved out by the slack.
-    pub(super) distance: f32,
+}
+
+impl Candidate<'_> {
+    /// Returns the coordinates from the origin of the region.
+    #[inline(always)]
+    pub(super) fn node(&self) -> [f32; 3] {
+        self.found.nodes.each_ref().map(|list| list[self.group][self.lane])
+    }
+
+    /// Returns the least distance from the sides, moved out by the slack.
+    #[inline(always)]
+    pub(super) fn distance(&self) -> f32 {
+        self.found.distances[self.group][self.lane]
+    }
 }
 
 impl<const N: usize> Regions<N> {
     /// Visits all nodes that are within the sides, and some that are not.
     #[inline(always)]
-    pub(super) fn search(&self, found: &mut Found, mut visit: impl FnMut(Candidate)) {
+    pub(super) fn search(&self, found: &mut Found, mut visit: impl FnMut(Candidate<'_>)) {
         let layers = largest(self.layers);
         let counts = [largest(self.widths[0]) + 1, largest(self.widths[1]) + 1];
         let half = splat(0.5);
@@ -115,14 +128,12 @@ impl<const N: usize> Regions<N> {
 impl Found {
     /// Visits the nodes whose bits are set.
     #[inline(always)]
-    fn visit(&self, mut bits: u64, visit: &mut impl FnMut(Candidate)) {
+    fn visit(&self, mut bits: u64, visit: &mut impl FnMut(Candidate<'_>)) {
         while bits != 0 {
             let bit = bits.trailing_zeros() as usize;
             bits &= bits - 1;
             let (group, lane) = (bit / LANES, bit % LANES);
-            let at = |list: &[[f32; LANES]; GROUPS]| list[group][lane];
-            let [w, u, v] = &self.nodes;
-            visit(Candidate { lane, node: [at(w), at(u), at(v)], distance: at(&self.distances) });
+            visit(Candidate { found: self, group, lane });
         }
     }
 }

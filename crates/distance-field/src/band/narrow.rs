@@ -127,10 +127,10 @@ impl<const V: usize> Batch<V> {
 
     /// Returns the position of a node.
     #[inline(always)]
-    fn position(&self, candidate: &Candidate) -> DVec3 {
+    fn position(&self, candidate: &Candidate<'_>) -> DVec3 {
         let axis = self.axis[candidate.lane];
         let mut p = [0.0; 3];
-        [p[axis], p[NEXT[axis]], p[LAST[axis]]] = candidate.node;
+        [p[axis], p[NEXT[axis]], p[LAST[axis]]] = candidate.node();
         let [x, y, z] = p;
         self.origin[candidate.lane] + DVec3::new(f64::from(x), f64::from(y), f64::from(z))
     }
@@ -198,16 +198,14 @@ fn search_prisms(
     let [first, mut layers] = batch.layers(slab, lowest - reach, highest + reach);
 
     // Unit normals of the sides, across which distances compare with the slack.
-    let height = dot(normal, a);
-    let mut normals = [normal, negated(normal), normal, normal, normal];
-    let mut offsets = [slack + band - height, slack + band + height, slack, slack, slack];
+    let (mut normals, mut offsets) = ([normal; 3], [slack; 3]);
     let mut shortest = splat(f32::INFINITY);
     for (side, (from, edge)) in [(a, e), (b, f), (c, g)].into_iter().enumerate() {
         let across = cross(normal, edge);
         let length = dot(across, across).sqrt().fast_max(splat(f32::MIN_POSITIVE));
         shortest = shortest.fast_min(length);
-        normals[side + 2] = times(across, splat(1.0) / length);
-        offsets[side + 2] = slack - dot(normals[side + 2], from);
+        normals[side] = times(across, splat(1.0) / length);
+        offsets[side] = slack - dot(normals[side], from);
     }
 
     // Faces that are too large, or whose edges are too short, leave their lanes empty.
@@ -231,7 +229,7 @@ fn search_prisms(
         let (p, face) = (batch.position(&candidate), batch.element[candidate.lane]);
         let normal = surface.normals[face as usize];
         let corners = surface.corners(face);
-        let is_sure = candidate.distance > 2.0 * SLACK;
+        let is_sure = candidate.distance() > 2.0 * SLACK;
         if is_sure || is_in_prism(p, corners, normal) {
             let height = normal.dot(p - corners[0]);
             slab.keep(p, height * height, face);
@@ -387,40 +385,40 @@ pub(super) fn cones(surface: &GridSurface<'_>, vertices: &[u32], slab: &mut Slab
 /// Seen along the axis, a face at the vertex spans an angle. Where that holds an axis, being behind
 /// both of its edges bounds the node along that axis: by the face's own normal at the vertex.
 fn cone_slopes(surface: &GridSurface<'_>, vertex: u32, axis: usize) -> Option<[DVec3; 2]> {
-    let at = surface.x[vertex as usize];
-    let (next, last) = (NEXT[axis], LAST[axis]);
-    let [mut lower, mut upper] = [[f64::NAN; 3]; 2];
+    let axes = [axis, NEXT[axis], LAST[axis]];
+    let at: &[f64; 3] = surface.x[vertex as usize].as_ref();
+    let [mut lower, mut upper] = [[f64::NAN; 2]; 2];
     for &face in surface.surface.vertex_faces(vertex) {
-        let [i, j, k] = surface.surface.faces()[face as usize];
-        let [b, c] = if i == vertex {
-            [j, k]
-        } else if j == vertex {
-            [k, i]
-        } else {
-            [i, j]
-        };
-        let [e, f] = [b, c].map(|end| (surface.x[end as usize] - at).to_array());
+        // Without a branch: which of its corners the vertex is has no pattern.
+        let corners = surface.surface.faces()[face as usize];
+        let first = usize::from(corners[1] == vertex) + 2 * usize::from(corners[2] == vertex);
+        let [e, f] = [NEXT[first % 3], LAST[first % 3]].map(|corner| {
+            let end: &[f64; 3] = surface.x[corners[corner] as usize].as_ref();
+            axes.map(|axis| end[axis] - at[axis])
+        });
 
         // Edges that are nearly in line hold no angle.
-        let area = e[next] * f[last] - e[last] * f[next];
+        let area = e[1] * f[2] - e[2] * f[1];
         let inverse = if area.abs() > MIN_AREA { 1.0 / area } else { f64::NAN };
-        let slope_u = (e[last] * f[axis] - e[axis] * f[last]) * inverse;
-        let slope_v = (e[axis] * f[next] - e[next] * f[axis]) * inverse;
+        let slopes = [e[2] * f[0] - e[0] * f[2], e[0] * f[1] - e[1] * f[0]].map(|s| s * inverse);
 
         // Either axis as a sum of both edges: none of its terms may be negative.
-        let (s, t) = (f[last] * inverse, -e[last] * inverse);
-        upper[next] = if (s >= 0.0) & (t >= 0.0) { slope_u } else { upper[next] };
-        lower[next] = if (s <= 0.0) & (t <= 0.0) { slope_u } else { lower[next] };
-        let (s, t) = (-f[next] * inverse, e[next] * inverse);
-        upper[last] = if (s >= 0.0) & (t >= 0.0) { slope_v } else { upper[last] };
-        lower[last] = if (s <= 0.0) & (t <= 0.0) { slope_v } else { lower[last] };
+        for (i, [s, t]) in [[f[2], -e[2]], [-f[1], e[1]]].into_iter().enumerate() {
+            let (s, t) = (s * inverse, t * inverse);
+            upper[i] = if (s >= 0.0) & (t >= 0.0) { slopes[i] } else { upper[i] };
+            lower[i] = if (s <= 0.0) & (t <= 0.0) { slopes[i] } else { lower[i] };
+        }
     }
 
     // The axis itself has no slope.
-    let [mut lower, mut upper] = [lower, upper].map(DVec3::from_array);
-    (lower[axis], upper[axis]) = (0.0, 0.0);
-    let is_flat = |slopes: DVec3| slopes.abs().cmple(DVec3::splat(MAX_SLOPE)).all();
-    (is_flat(lower) && is_flat(upper)).then_some([lower, upper])
+    let is_flat = lower.iter().chain(&upper).all(|slope| slope.abs() <= MAX_SLOPE);
+    is_flat.then(|| {
+        [lower, upper].map(|[next, last]| {
+            let mut slopes = DVec3::ZERO;
+            (slopes[axes[1]], slopes[axes[2]]) = (next, last);
+            slopes
+        })
+    })
 }
 
 /// Visits the nodes that are behind four vertices along each of their edges.

@@ -17,6 +17,7 @@
 use std::ops::Neg;
 
 use surface::progress::{Interrupted, Progress};
+use wide::{i16x16, u8x16};
 
 use crate::separable;
 
@@ -33,7 +34,7 @@ pub(super) const MAX_REACH: usize = 180;
 pub(super) const MAX_SHORT_REACH: usize = 15;
 
 /// Number of steps between two checks whether a search is over: a check costs as much as a
-/// step.
+/// step, and more where its outcome has no pattern.
 const CHECK_INTERVAL: usize = 3;
 
 type Row<'a, C> = separable::Row<'a, u32, C>;
@@ -46,8 +47,8 @@ pub(super) trait Closeness: Copy + Default + Ord + Send + Sync {
     /// Returns the closeness of a whole number, or the largest.
     fn new(value: usize) -> Self;
 
-    /// Subtracts; 0 where less is left.
-    fn less(self, loss: Self) -> Self;
+    /// Keeps the larger of `best` and `other - loss` in each lane, and the row it came from.
+    fn keep_larger(found: &mut Found<Self>, other: &[Self; LANES], loss: Self, step: Self::Rows);
 }
 
 impl Closeness for u8 {
@@ -58,8 +59,12 @@ impl Closeness for u8 {
     }
 
     #[inline(always)]
-    fn less(self, loss: Self) -> Self {
-        self.saturating_sub(loss)
+    fn keep_larger(found: &mut Found<Self>, other: &[Self; LANES], loss: Self, step: i8) {
+        let (best, from) = (u8x16::new(found.best), u8x16::new(found.from.map(i8::cast_unsigned)));
+        let larger = best.max(u8x16::new(*other).saturating_sub(u8x16::splat(loss)));
+        let from = larger.simd_eq(best).bitselect(from, u8x16::splat(step.cast_unsigned()));
+        found.best = larger.to_array();
+        found.from = from.to_array().map(Self::cast_signed);
     }
 }
 
@@ -71,8 +76,11 @@ impl Closeness for i16 {
     }
 
     #[inline(always)]
-    fn less(self, loss: Self) -> Self {
-        self - loss
+    fn keep_larger(found: &mut Found<Self>, other: &[Self; LANES], loss: Self, step: Self) {
+        let (best, from) = (i16x16::new(found.best), i16x16::new(found.from));
+        let larger = best.max(i16x16::new(*other) - i16x16::splat(loss));
+        let from = larger.simd_eq(best).bitselect(from, i16x16::splat(step));
+        (found.best, found.from) = (larger.to_array(), from.to_array());
     }
 }
 
@@ -99,9 +107,10 @@ pub(super) fn spread<C: Closeness>(
     separable::passes(face, closeness, dims, progress, within, across)
 }
 
-/// Returns the closeness of a node at a distance of at most the reach.
+/// Returns the closeness of a node at a distance; 0 beyond the reach.
+#[inline]
 fn closeness<C: Closeness>(reach: usize, distance: usize) -> C {
-    C::new(reach * reach + 1 - distance * distance)
+    C::new((reach * reach + 1).saturating_sub(distance * distance))
 }
 
 /// Spreads faces along a row: forward, then backward.
@@ -140,7 +149,7 @@ fn across_rows<C: Closeness>(rows: &mut [Row<'_, C>], reach: usize) {
     let mut blocks: [Columns<C>; BLOCKS] = Default::default();
     for first in (0..width).step_by(BLOCKS * LANES) {
         let starts = (first..width).step_by(LANES);
-        blocks.iter_mut().for_each(Columns::clear);
+        blocks.iter_mut().for_each(|columns| columns.clear(reach));
         for row in &*rows {
             for (columns, start) in blocks.iter_mut().zip(starts.clone()) {
                 columns.push(row, start);
@@ -161,7 +170,7 @@ fn across_rows<C: Closeness>(rows: &mut [Row<'_, C>], reach: usize) {
 }
 
 /// Best closeness of sixteen nodes of a row, and how many rows farther on it comes from.
-struct Found<C: Closeness> {
+pub(super) struct Found<C: Closeness> {
     best: [C; LANES],
     from: [C::Rows; LANES],
 }
@@ -169,7 +178,11 @@ struct Found<C: Closeness> {
 /// Sixteen columns across some rows.
 #[derive(Default)]
 struct Columns<C> {
+    /// Closeness of all rows, and of rows without any before and after them, so that no step of a
+    /// search leaves them.
     closeness: Vec<[C; LANES]>,
+    /// Number of rows without any at either end.
+    margin: usize,
     face: Vec<[u32; LANES]>,
     /// Last row that has any closeness.
     last: usize,
@@ -182,8 +195,10 @@ struct Columns<C> {
 const NONE: usize = usize::MAX;
 
 impl<C: Closeness> Columns<C> {
-    fn clear(&mut self) {
+    fn clear(&mut self, reach: usize) {
+        self.margin = reach + CHECK_INTERVAL;
         self.closeness.clear();
+        self.closeness.resize(self.margin, [C::default(); LANES]);
         self.face.clear();
         self.before.clear();
         self.after.clear();
@@ -194,7 +209,7 @@ impl<C: Closeness> Columns<C> {
     fn push(&mut self, row: &Row<'_, C>, start: usize) {
         let closeness: [C; LANES] = lanes(row.nearness, start);
         if closeness != [C::default(); LANES] {
-            self.last = self.closeness.len();
+            self.last = self.before.len();
         }
         self.closeness.push(closeness);
         self.face.push(lanes(row.labels, start));
@@ -205,6 +220,9 @@ impl<C: Closeness> Columns<C> {
     ///
     /// Rows without any closeness are skipped by searches: far from a surface most are.
     fn find_rows(&mut self) -> bool {
+        let rows = self.closeness.len() + self.margin;
+        self.closeness.resize(rows, [C::default(); LANES]);
+
         self.after.resize(self.before.len(), NONE);
         let mut next = NONE;
         for (r, (after, before)) in self.after.iter_mut().zip(&self.before).enumerate().rev() {
@@ -226,22 +244,22 @@ impl<C: Closeness> Columns<C> {
             return None;
         }
 
-        // From near to far, all lanes at once.
-        let mut found = Found { best: self.closeness[r], from: [C::Rows::default(); LANES] };
-        for k in nearest.max(1)..=reach {
-            // No row at distance k or more offers more than this.
+        // From near to far, all lanes at once, until no row at distance k or more offers more than
+        // was found. Beyond the reach that is nothing.
+        let row = self.margin + r;
+        let mut found = Found { best: self.closeness[row], from: [C::Rows::default(); LANES] };
+        let mut k = nearest.max(1);
+        loop {
             let limit: C = closeness(reach, k);
-            let is_checked = k < CHECK_INTERVAL || k % CHECK_INTERVAL == 0;
-            if is_checked && found.best.iter().all(|&best| best >= limit) {
+            if found.best.iter().all(|&best| best >= limit) {
                 break;
             }
-            let loss = C::new(k * k);
-            let back = C::Rows::try_from(k).unwrap_or_default();
-            if r >= k {
-                found.take(&self.closeness[r - k], loss, -back);
-            }
-            if r + k < self.closeness.len() {
-                found.take(&self.closeness[r + k], loss, back);
+            for _ in 0..CHECK_INTERVAL {
+                let loss = C::new(k * k);
+                let back = C::Rows::try_from(k).unwrap_or_default();
+                C::keep_larger(&mut found, &self.closeness[row - k], loss, -back);
+                C::keep_larger(&mut found, &self.closeness[row + k], loss, back);
+                k += 1;
             }
         }
         Some(found)
@@ -268,19 +286,6 @@ fn lanes<T: Copy + Default>(row: &[T], start: usize) -> [T; LANES] {
     let mut lanes = [T::default(); LANES];
     lanes[..row.len() - start].copy_from_slice(&row[start..]);
     lanes
-}
-
-impl<C: Closeness> Found<C> {
-    /// Keeps the larger of `best` and `other - loss` in each lane, and the row it came from.
-    #[inline(always)]
-    fn take(&mut self, other: &[C; LANES], loss: C, step: C::Rows) {
-        let lanes = self.best.iter_mut().zip(&mut self.from).zip(other);
-        for ((best, from), other) in lanes {
-            let offer = other.less(loss);
-            *from = if offer > *best { step } else { *from };
-            *best = (*best).max(offer);
-        }
-    }
 }
 
 #[cfg(test)]
