@@ -241,6 +241,12 @@ fn recall_grows_with_the_budget_to_all() {
     assert!(few < 0.5 && many > 0.9, "{few} {some} {many}");
     // All pairs are drawn, whatever the seed.
     assert!(recall(u32::MAX, 0, 1) >= 1.0, "some crossings are missing");
+    let [a, b] = spheres(17.0);
+    let params =
+        SelectedPairsParams { draws: u32::MAX, max_moves: 0, ..SelectedPairsParams::new(5.0) };
+    let found = SelectedPairs::new(0).step(a.body(), b.body(), &params).unwrap();
+    let all = a.mesh.faces.len() * b.mesh.faces.len();
+    assert!(found.tests >= u64::try_from(all).unwrap(), "{} of {all} pairs", found.tests);
 }
 
 #[test]
