@@ -20,9 +20,9 @@ use crate::motion::{Motion, Placement};
 use crate::{record, resolution};
 
 /// Settings of overlap removal, in the order in which Python gives them: smoothing, tolerance, gap,
-/// rounds, change of volumes, strain, and whether broken limits are kept.
+/// rounds, limits of volume, strain and displacement, and whether broken limits are kept.
 #[derive(Debug, FromPyObject)]
-struct ResolveSettings(f64, Option<f64>, f64, i64, f64, f64, bool);
+struct ResolveSettings(f64, Option<f64>, f64, i64, f64, f64, f64, bool);
 
 /// Conditions of overlap removal by the names of bodies: vertices that stay, ties with their
 /// distances, stiffnesses, and bodies to be uncrossed.
@@ -283,14 +283,15 @@ impl Bodies {
 
 impl ResolveSettings {
     fn params(&self) -> PyResult<ResolveParams> {
-        let &Self(smoothing, tolerance, gap, rounds, max_volume_change, max_strain, keep_going) = self;
+        let &Self(smoothing, tolerance, gap, rounds, volume_change, strain, displacement, keep_going) = self;
         let default = ResolveParams::with_smoothing(smoothing);
         Ok(ResolveParams {
             tolerance: tolerance.unwrap_or(default.tolerance),
             gap,
             max_rounds: count(rounds, "max_rounds")?,
-            max_volume_change,
-            max_strain,
+            max_volume_change: volume_change,
+            max_strain: strain,
+            max_displacement: displacement,
             keep_going,
             ..default
         })

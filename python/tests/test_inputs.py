@@ -85,6 +85,7 @@ BAD_CALLS = {
             "max_rounds": ("3", 1.5, -1, 2**40, HUGE),
             "max_volume_change": ("1", None, NAN, 0),
             "max_strain": ("1", None, NAN, 0),
+            "max_displacement": ("1", None, NAN, 0),
             "stiffnesses": ([1], {5: 1.0}, {"b": "2"}, {"b": 0.0}, {"b": -1.0}, {"b": NAN}, {"heart": 1.0}),
             "fixed": ([1], {5: [0]}, {"b": "all"}, {"b": None}),
             "uncross": (5, [5], "heart", ["heart"]),

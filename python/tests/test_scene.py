@@ -199,6 +199,9 @@ def test_limits_of_a_resolution_are_kept_unless_they_are_waived():
     waived = squeezed().resolve(max_strain=0.1, keep_going=True)
     assert waived.bodies[2].strain > 0.1
     assert [broken.name for broken in waived.broken_limits] == ["muscle"]
+    near = squeezed().resolve(max_displacement=0.5, smoothing=1.0)
+    assert not near.resolved and near.bodies[2].max_displacement <= near.broken_limits[0].displacement_limit
+    assert near.broken_limits[0].max_displacement > near.broken_limits[0].displacement_limit
     with pytest.raises(InputError, match="max_volume_change"):
         squeezed().resolve(max_volume_change=0.0)
 

@@ -12,6 +12,8 @@ use response::{
 };
 use surface::{Contact, Term, UnionFind, parallel};
 
+use crate::near_pairs::as_f64;
+
 /// Number of contacts up to which small islands are solved as one. Below, preparing islands takes longer than
 /// solving them; above, small ones sweep as long as the slowest of many.
 const MIN_CONTACTS: usize = 64;
@@ -95,7 +97,7 @@ impl ContactIsland {
 
     /// Returns the relative time of a sweep.
     fn cost(&self) -> f64 {
-        f64::from(u32::try_from(self.contact_count).unwrap_or(u32::MAX))
+        as_f64(self.contact_count)
     }
 
     /// Computes the corrected displacements of the island's particles from those of all.

@@ -258,6 +258,36 @@ mod tests {
     }
 
     #[test]
+    fn what_meets_is_held_back_by_itself() {
+        // A block with a tip below its lower side, that comes down on a plate.
+        let plate = shapes::plate(DVec3::new(8.0, 8.0, 2.0), [4, 4]).translated(-DVec3::Z);
+        let mut block = shapes::plate(DVec3::new(6.0, 6.0, 2.0), [6, 6]);
+        block = block.translated(DVec3::new(0.3, 0.2, 3.0));
+        let is_tip = |x: &DVec3| x.distance(DVec3::new(0.3, 0.2, 2.0)) < 1e-9;
+        let tip = block.positions.iter().position(is_tip).expect("a tip");
+        block.positions[tip].z = 1.0;
+        let at_first = block.positions.clone();
+        let mut scene = bone_and_muscle(plate, block);
+        let (params, conditions) = (ResolveParams::with_smoothing(6.0), Conditions::default());
+        let run = Run::new(&mut scene, params, &conditions, &[], None, Progress::none());
+        let mut run = run.expect("a run");
+
+        // The tip meets the plate after two thirds of the step; what is far from it meets nothing.
+        let first = run.scene.bodies()[1].particles().start as usize;
+        let mut displacements = vec![DVec3::ZERO; run.inverse_masses.len()];
+        displacements[first..].fill(-1.5 * DVec3::Z);
+        run.move_freely(&displacements, &[]).expect("a step");
+        let x = run.scene.bodies()[1].positions();
+        let way = |number: usize| at_first[number].z - x[number].z;
+        assert!(way(tip) > 0.05 && way(tip) < 1.0, "{}", way(tip));
+        let far = (0..x.len()).filter(|number| x[*number].distance(x[tip]) > 2.9);
+        assert!(far.clone().count() > 9);
+        for number in far {
+            assert!((way(number) - 1.5).abs() < 1e-12, "{number} by {}", way(number));
+        }
+    }
+
+    #[test]
     fn the_gap_of_a_block_that_rests_on_a_plate_is_opened() {
         for shift in [DVec3::ZERO, DVec3::new(0.3, 0.2, 0.0)] {
             let mut scene = resting_block(shift);

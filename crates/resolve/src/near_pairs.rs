@@ -194,10 +194,15 @@ impl NearPairs {
     }
 }
 
+/// Returns a count as a floating-point number.
+pub(crate) fn as_f64(count: usize) -> f64 {
+    f64::from(u32::try_from(count).unwrap_or(u32::MAX))
+}
+
 /// Returns the relative time of detection between two bodies.
 pub(crate) fn detection_cost(scene: &Scene, pair: PairId) -> f64 {
     let [a, b] = pair.bodies().map(|id| scene.body(id).positions().len());
-    f64::from(u32::try_from(a + b).unwrap_or(u32::MAX))
+    as_f64(a + b)
 }
 
 #[cfg(test)]

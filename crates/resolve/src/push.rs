@@ -9,7 +9,7 @@ use surface::{Contact, parallel, vertex_normals};
 use crate::contact_islands::ContactIslands;
 use crate::exit_patches::{PatchSide, direct_patches};
 use crate::exit_sides::{ExitMemory, ExitSide};
-use crate::near_pairs::NearPair;
+use crate::near_pairs::{NearPair, as_f64};
 use crate::run::{Run, clearance, detection_margin};
 use crate::self_contacts::SelfSurface;
 use crate::tissue::{Tissue, fitted_tree};
@@ -222,6 +222,18 @@ impl Run<'_> {
 
 /// Returns the limit on strain in a round: it widens where the rounds before have found no gentler way.
 fn round_strain(rounds: usize, params: &ResolveParams) -> f64 {
-    let rounds = f64::from(u32::try_from(rounds).unwrap_or(u32::MAX));
-    (params.tuning.strain_growth * rounds).min(1.0) * params.max_strain
+    (params.tuning.strain_growth * as_f64(rounds)).min(1.0) * params.max_strain
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_limit_on_strain_widens_from_round_to_round_up_to_the_maximum() {
+        let params = ResolveParams { max_strain: 2.0, ..ResolveParams::with_smoothing(6.0) };
+        for (rounds, limit) in [(0, 0.0), (1, 0.2), (5, 1.0), (10, 2.0), (60, 2.0)] {
+            assert!((round_strain(rounds, &params) - limit).abs() < 1e-12, "{rounds} rounds");
+        }
+    }
 }

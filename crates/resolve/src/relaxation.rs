@@ -20,7 +20,7 @@ const MIN_SWEEPS: usize = 8;
 
 /// Number of particles beside those of the largest body of a level, below which its bodies are relaxed
 /// on one thread: to wake others takes longer.
-const MIN_SHARED_PARTICLES: usize = 2000;
+const MIN_SHARED_PARTICLES: usize = 500;
 
 impl ElasticProblem {
     /// Computes the steps of all particles from their displacements `u` to those of least energy;

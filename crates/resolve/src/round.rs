@@ -3,7 +3,7 @@
 use scene::{DepthBracket, PairId};
 
 use crate::ResolveParams;
-use crate::near_pairs::NearPairs;
+use crate::near_pairs::{NearPairs, as_f64};
 use crate::tissue::Damage;
 
 /// State of a scene at the start or after a round, pairs of two rigid bodies left out.
@@ -93,12 +93,10 @@ impl Round {
 
     /// Computes the [merit](Self::merit) of what the round has left.
     pub(crate) fn weigh(&self, params: &ResolveParams) -> f64 {
-        let count = |n: usize| f64::from(u32::try_from(n).unwrap_or(u32::MAX));
-
         let spoilt_faces = self.self_crossings + self.flipped_faces;
         let faces = self.crossing_faces + self.touching_faces + spoilt_faces;
-        self.max_depth / params.tolerance * count(self.overlapping_pairs)
-            + params.tuning.face_weight * count(faces)
+        self.max_depth / params.tolerance * as_f64(self.overlapping_pairs)
+            + params.tuning.face_weight * as_f64(faces)
             + self.excess_volume(params)
     }
 

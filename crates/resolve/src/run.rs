@@ -5,14 +5,14 @@ use std::collections::{BTreeMap, VecDeque};
 use glam::DVec3;
 use proximity::SurfaceTree;
 use response::ParameterError;
-use scene::{BodyId, CheckParams, DepthBracket, PairId, PairOverlap, PairReport, Scene};
+use scene::{BodyId, BodyMove, CheckParams, DepthBracket, PairId, PairOverlap, PairReport, Scene};
 use surface::parallel;
 use surface::progress::{Interrupted, Progress};
 
 use crate::conditions::TieBond;
 use crate::elastic::GapRow;
 use crate::exit_sides::ExitMemory;
-use crate::near_pairs::{NearPair, NearPairs};
+use crate::near_pairs::{NearPair, NearPairs, as_f64};
 use crate::resolution::{
     BodyChange, Obstacle, Remaining, Resolution, deepest, max_bracket, overlaps_in,
 };
@@ -241,7 +241,7 @@ impl<'a> Run<'a> {
 
     /// Moves bodies by one round. Bodies that only cross themselves are taken apart, by pushes where that led
     /// no farther.
-    fn go_round(&mut self) -> Result<(), ResolveError> {
+    pub(crate) fn go_round(&mut self) -> Result<(), ResolveError> {
         let only_crosses_itself = self.rounds.last().is_some_and(Round::only_crosses_itself);
         self.has_uncrossed = only_crosses_itself && !self.has_uncrossed;
         if self.has_uncrossed {
@@ -370,7 +370,8 @@ impl<'a> Run<'a> {
         f: impl Fn(&mut Tissue, &SurfaceTree, Progress<'_>) -> Result<(), Interrupted> + Sync + Send,
     ) -> Result<(), Interrupted> {
         let (progress, bodies) = (self.round_progress(), self.scene.bodies());
-        parallel::try_for_each_mut(&mut self.tissues, |number, tissue| {
+        let cost = |_: usize, tissue: &Tissue| as_f64(tissue.rest.len());
+        parallel::try_for_each_costly_first(&mut self.tissues, cost, |number, tissue| {
             progress.report(0.0)?;
             if tissue.is_rigid { Ok(()) } else { f(tissue, fitted_tree(&bodies[number]), progress) }
         })
@@ -392,19 +393,27 @@ impl<'a> Run<'a> {
     /// their contacts.
     pub(crate) fn move_soft(
         &mut self,
-        to: impl Fn(&Tissue, &[DVec3]) -> Option<Vec<DVec3>>,
+        to: impl Fn(&Tissue, &[DVec3]) -> Option<Vec<DVec3>> + Sync + Send,
     ) -> Result<(), ResolveError> {
-        let mut moved = vec![false; self.tissues.len()];
-        for (number, has_moved) in moved.iter_mut().enumerate() {
-            let tissue = &self.tissues[number];
-            let from = self.scene.body(tissue.id).positions();
-            let x = if tissue.is_rigid { None } else { to(tissue, from) };
-            if let Some(x) = x.filter(|x| x != from) {
-                self.move_tissue(number, &x)?;
-                *has_moved = true;
+        let scene = &*self.scene;
+        let ends = parallel::map_slice_with(
+            &self.tissues,
+            || (),
+            |(), tissue| {
+                let from = scene.body(tissue.id).positions();
+                let x = if tissue.is_rigid { None } else { to(tissue, from) };
+                x.filter(|x| x != from)
+            },
+        );
+        let mut moves = Vec::new();
+        for (tissue, end) in self.tissues.iter_mut().zip(&ends) {
+            if let Some(positions) = end {
+                tissue.counted_crossings = None;
+                moves.push(BodyMove { body: tissue.id, positions });
             }
         }
-
+        self.scene.move_bodies(&moves)?;
+        let moved: Vec<bool> = ends.iter().map(Option::is_some).collect();
         self.detect_moved(&moved)
     }
 

@@ -87,21 +87,23 @@ impl Tissue {
         x: &mut [DVec3],
         progress: Progress<'_>,
     ) -> Result<(), Interrupted> {
+        let mut moved = self.displaced_vertices(x);
         for _ in 0..SMOOTHING_PASSES {
             progress.report(0.0)?;
 
             // The corners of all that is turned, torn or pressed.
             let mut strained = Vec::new();
-            for face in self.turned_faces(x, self.params.tuning.min_cosine) {
+            for face in self.turned_among(&moved, x, self.params.tuning.min_cosine) {
                 strained.extend(self.corners(face));
             }
-            self.add_torn(x, max_strain, &mut strained);
-            self.add_pressed(x, (1.0 + max_strain).powi(-2), &mut strained);
+            self.add_torn(&moved, x, max_strain, &mut strained);
+            self.add_pressed(&moved, x, (1.0 + max_strain).powi(-2), &mut strained);
             if strained.is_empty() {
                 break;
             }
             sort_dedup(&mut strained);
             self.smooth(&strained, x);
+            mark_only(&strained, &mut moved);
         }
         Ok(())
     }
@@ -113,12 +115,14 @@ impl Tissue {
         x: &mut [DVec3],
         progress: Progress<'_>,
     ) -> Result<(), Interrupted> {
+        let mut moved = self.displaced_vertices(x);
         for _ in 0..STIFFENING_PASSES {
             progress.report(0.0)?;
-            let turned = self.turned_faces(x, self.params.tuning.min_cosine);
+            let turned = self.turned_among(&moved, x, self.params.tuning.min_cosine);
             if turned.is_empty() {
                 break;
             }
+            let mut stiffened = Vec::new();
             for face in turned {
                 // The mean displacement, lengthened to the largest along it.
                 let corners = self.corners(face);
@@ -132,7 +136,9 @@ impl Tissue {
                 for v in corners {
                     x[v as usize] = self.rest[v as usize] + mean + beyond * direction;
                 }
+                stiffened.extend(corners);
             }
+            mark_only(&stiffened, &mut moved);
         }
         Ok(())
     }
@@ -171,17 +177,28 @@ impl Tissue {
         x[vertex as usize] - self.rest[vertex as usize]
     }
 
+    /// Returns true for each vertex that is not at rest. Between others nothing is strained.
+    fn displaced_vertices(&self, x: &[DVec3]) -> Vec<bool> {
+        x.iter().zip(&self.rest).map(|(x, rest)| x != rest).collect()
+    }
+
     /// Finds the faces whose normals have turned until their cosine is at most `limit`.
     pub(crate) fn turned_faces(&self, x: &[DVec3], limit: f64) -> Vec<u32> {
+        self.turned_among(&self.displaced_vertices(x), x, limit)
+    }
+
+    /// Finds the faces with a corner that has `moved` whose normals have turned until their cosine is at
+    /// most `limit`.
+    fn turned_among(&self, moved: &[bool], x: &[DVec3], limit: f64) -> Vec<u32> {
         let mut turned = Vec::new();
         for (number, &face) in (0..).zip(self.surface.faces()) {
-            let (rest, now) = (gather(&self.rest, face), gather(x, face));
-            if rest == now {
+            if !any_of(face, moved) {
                 continue;
             }
 
             // Compared with the lengths, so that no square root of a sliver divides.
-            let (before, after) = (triangle::normal(rest), triangle::normal(now));
+            let before = self.rest_face_normals[number as usize];
+            let after = triangle::normal(face.map(|vertex| x[vertex as usize]));
             let is_turned = before.dot(after) <= limit * before.length() * after.length();
             if before != DVec3::ZERO && is_turned {
                 turned.push(number);
@@ -190,9 +207,13 @@ impl Tissue {
         turned
     }
 
-    /// Adds the ends of edges whose displacements differ by more than `limit` edge lengths.
-    fn add_torn(&self, x: &[DVec3], limit: f64, strained: &mut Vec<u32>) {
+    /// Adds the ends of edges of which one has `moved` and whose displacements differ by more than `limit`
+    /// edge lengths.
+    fn add_torn(&self, moved: &[bool], x: &[DVec3], limit: f64, strained: &mut Vec<u32>) {
         for &[p, q] in self.surface.edges() {
+            if !any_of([p, q], moved) {
+                continue;
+            }
             let before = self.rest[q as usize] - self.rest[p as usize];
             let after = x[q as usize] - x[p as usize];
             if before != after && (after - before).length() > limit * before.length() {
@@ -201,10 +222,14 @@ impl Tissue {
         }
     }
 
-    /// Adds both sides of sheets that are thinner than `limit` of their thickness at rest.
-    fn add_pressed(&self, x: &[DVec3], limit: f64, strained: &mut Vec<u32>) {
+    /// Adds both sides of sheets of which one has `moved` and that are thinner than `limit` of their thickness
+    /// at rest.
+    fn add_pressed(&self, moved: &[bool], x: &[DVec3], limit: f64, strained: &mut Vec<u32>) {
         for v in (0..).take(x.len()) {
             let Some(strut) = self.strut(v) else { continue };
+            if !any_of([v], moved) && !any_of(strut.corners, moved) {
+                continue;
+            }
             let before = strut.interpolate(|v| self.rest[v as usize]) - self.rest[v as usize];
             let after = strut.interpolate(|v| x[v as usize]) - x[v as usize];
             if after.dot(before) < limit * before.length_squared() {
@@ -226,9 +251,17 @@ impl Tissue {
     }
 }
 
-/// Returns the positions of a face's corners.
-fn gather(x: &[DVec3], face: [u32; 3]) -> [DVec3; 3] {
-    face.map(|vertex| x[vertex as usize])
+/// Returns true if one of some vertices is marked.
+fn any_of<const N: usize>(vertices: [u32; N], marks: &[bool]) -> bool {
+    vertices.iter().any(|vertex| marks[*vertex as usize])
+}
+
+/// Marks some vertices, and no others.
+fn mark_only(vertices: &[u32], marks: &mut [bool]) {
+    marks.fill(false);
+    for &vertex in vertices {
+        marks[vertex as usize] = true;
+    }
 }
 
 fn sort_dedup(vertices: &mut Vec<u32>) {

@@ -26,6 +26,8 @@ pub(crate) struct Tissue {
     pub(crate) rest: Vec<DVec3>,
     /// Unit normals at rest, |V|.
     pub(crate) rest_normals: Vec<DVec3>,
+    /// Normals of the faces at rest, twice as long as their areas, |F|.
+    pub(crate) rest_face_normals: Vec<DVec3>,
     /// A third of the areas of each vertex's faces, |V|.
     areas: Vec<f64>,
     /// True for vertices that stay where they are, |V|; empty where none does.
@@ -77,6 +79,15 @@ pub(crate) struct Damage {
     pub(crate) max_displacement: f64,
 }
 
+/// Computes the normals of faces, twice as long as their areas.
+fn face_normals(faces: &[[u32; 3]], x: &[DVec3]) -> Vec<DVec3> {
+    let mut normals = Vec::with_capacity(faces.len());
+    for face in faces {
+        normals.push(triangle::normal(face.map(|vertex| x[vertex as usize])));
+    }
+    normals
+}
+
 /// Elastic link from a vertex to a neighbor.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Link {
@@ -122,6 +133,7 @@ impl Tissue {
             is_held: false,
             rest: x.to_vec(),
             rest_normals: vertex_normals(surface.faces(), x),
+            rest_face_normals: face_normals(surface.faces(), x),
             normals: Vec::new(),
             areas: vertex_areas(surface.faces(), x),
             is_fixed: Vec::new(),

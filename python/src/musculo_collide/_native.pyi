@@ -67,7 +67,7 @@ class Scene:
     ) -> list[tuple[dict[str, Any], dict[str, Any]]]: ...
     def _resolve(
         self,
-        settings: tuple[float, float | None, float, int, float, float, bool],
+        settings: tuple[float, float | None, float, int, float, float, float, bool],
         conditions: tuple[
             list[tuple[str, list[int]]], list[tuple[str, str, float]], list[tuple[str, float]], list[str]
         ],

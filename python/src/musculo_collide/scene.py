@@ -190,6 +190,7 @@ class Scene(_native.Scene):
         max_rounds: int = 60,
         max_volume_change: float = 0.01,
         max_strain: float = 3.0,
+        max_displacement: float = 3.0,
         keep_going: bool = False,
         threads: int | None = None,
         progress: Progress | None = None,
@@ -205,8 +206,9 @@ class Scene(_native.Scene):
 
         Pushes fade over the length ``smoothing`` along a surface. A state that changes the volume of a
         soft body by more than ``max_volume_change`` (relative), an edge by more than ``max_strain``
-        (relative to its length, or to the mean edge where that is longer), turns a face over or makes a
-        body cross itself anew is not taken, unless ``keep_going``. The scene then has the new positions; after an
+        (relative to its length, or to the mean edge where that is longer), moves a vertex by more than
+        ``max_displacement`` (in depths of the deepest overlap, the smoothing length at least), turns a face over
+        or makes a body cross itself anew is not taken, unless ``keep_going``. The scene then has the new positions; after an
         exception it has the old ones.
         """
         held = []
@@ -226,6 +228,7 @@ class Scene(_native.Scene):
             _checks.count(max_rounds, "max_rounds"),
             _checks.number(max_volume_change, "max_volume_change"),
             _checks.number(max_strain, "max_strain"),
+            _checks.number(max_displacement, "max_displacement"),
             bool(keep_going),
         )
         found = self._resolve(settings, (held, tied, factors, _checks.names(uncross, "uncross")), number, observer)

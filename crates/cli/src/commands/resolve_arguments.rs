@@ -34,6 +34,11 @@ pub(super) struct ResolveArgs {
     #[arg(long, value_name = "SHARE", default_value_t = 3.0, allow_negative_numbers = true)]
     max_strain: f64,
 
+    /// Largest displacement of a vertex, in depths of the deepest overlap; that of the smoothing length is
+    /// allowed in any case
+    #[arg(long, value_name = "DEPTHS", default_value_t = 3.0, allow_negative_numbers = true)]
+    max_displacement: f64,
+
     /// Maximum number of rounds of detection and pushing
     #[arg(long, value_name = "N", default_value_t = 60)]
     rounds: u32,
@@ -60,6 +65,7 @@ impl ResolveArgs {
             max_rounds: self.rounds,
             max_volume_change: self.max_volume_change,
             max_strain: self.max_strain,
+            max_displacement: self.max_displacement,
             ..default
         })
     }
