@@ -78,7 +78,8 @@ impl Resolver {
     /// Pushes apart the bodies of a scene that overlap, as [`resolve`] does.
     ///
     /// The scene's positions are those without any push. Displacements of the last state are
-    /// added first, unless the scene has other bodies now or is worse off with them.
+    /// added first, unless the scene has other bodies now or is worse off with them. Where they lead to no
+    /// end, the state is pushed apart by itself, with displacements that fade over its deepest overlap at least.
     ///
     /// # Errors
     ///
@@ -103,16 +104,26 @@ impl Resolver {
         }
 
         // Displacements of the last state may lead where no way goes on: then the state by itself
-        // is tried, and the first end taken where that is no better.
+        // is tried, with pushes as long as it needs, and the first end taken where that is no better.
         let (first_carried, first_end) = (std::mem::take(&mut self.carried), soft_positions(scene));
         move_soft_bodies(scene, &rest)?;
-        let alone = self.attempt(scene, &[], &[], Some(&resolution.before), progress)?;
+        let params = self.params_of_depth(&resolution.before);
+        let before = (params == self.params).then_some(&resolution.before[..]);
+        let alone = self.attempt_with(&params, scene, &[], &[], before, progress)?;
         if alone.resolved {
             return Ok(alone);
         }
         self.carried = first_carried;
         move_soft_bodies(scene, &first_end)?;
         self.hold_broken(scene, resolution, &rest, progress)
+    }
+
+    /// Returns the parameters with pushes that fade over no less than the depth of the deepest vertex: those
+    /// that an earlier state was given for may be shorter, and turn faces over.
+    fn params_of_depth(&self, before: &[PairReport]) -> ResolveParams {
+        let depths = before.iter().map(|report| report.max_vertex_depth);
+        let smoothing = depths.fold(self.params.smoothing, f64::max);
+        ResolveParams { smoothing, ..self.params }
     }
 
     /// Removes overlaps from one start with some bodies held, and keeps the displacements to carry on.
@@ -125,7 +136,21 @@ impl Resolver {
         before: Option<&[PairReport]>,
         progress: Progress<'_>,
     ) -> Result<Resolution, ResolveError> {
-        let mut run = Run::new(scene, self.params, &self.conditions, held, before, progress)?;
+        let params = self.params;
+        self.attempt_with(&params, scene, carried, held, before, progress)
+    }
+
+    /// Removes overlaps by other parameters.
+    fn attempt_with(
+        &mut self,
+        params: &ResolveParams,
+        scene: &mut Scene,
+        carried: &[LocalDisplacements],
+        held: &[BodyId],
+        before: Option<&[PairReport]>,
+        progress: Progress<'_>,
+    ) -> Result<Resolution, ResolveError> {
+        let mut run = Run::new(scene, *params, &self.conditions, held, before, progress)?;
         let result = run.warm_start(carried).and_then(|()| run.complete());
         match &result {
             Ok(_) => self.carried = run.local_displacements(),

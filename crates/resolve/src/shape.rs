@@ -316,6 +316,49 @@ mod tests {
         assert!(looser > left, "the limit is wider: {looser}, not {left}");
     }
 
+    /// Limits strain as [`Tissue::limit_strain`] does, with all that there is measured in every pass.
+    fn limit_strain_of_all(tissue: &Tissue, max_strain: f64, x: &mut [DVec3]) -> usize {
+        let all = vec![true; x.len()];
+        for pass in 0..SMOOTHING_PASSES {
+            let mut strained = Vec::new();
+            for face in tissue.turned_among(&all, x, tissue.params.tuning.min_cosine) {
+                strained.extend(tissue.corners(face));
+            }
+            tissue.add_torn(&all, x, max_strain, &mut strained);
+            tissue.add_pressed(&all, x, (1.0 + max_strain).powi(-2), &mut strained);
+            if strained.is_empty() {
+                return pass;
+            }
+            sort_dedup(&mut strained);
+            tissue.smooth(&strained, x);
+        }
+        SMOOTHING_PASSES
+    }
+
+    #[test]
+    fn only_what_has_moved_is_strained_anew() {
+        let (scene, mut tissue) = planted(shapes::ellipsoid(DVec3::new(12.0, 12.0, 2.0), 3));
+        let (tree, workspace) = (fitted_tree(&scene.bodies()[0]), &mut Default::default());
+        for vertex in (0..).take(tissue.rest.len()) {
+            tissue.find_strut(tree, vertex, 9.0, workspace);
+        }
+        let mut passes = 0;
+        for (step, max_strain) in [(0.0, 0.4), (1.0, 0.8), (2.0, 1.5)] {
+            // One side is pressed onto the other, and shaken.
+            let mut x = tissue.rest.clone();
+            for (number, x) in (0..).zip(&mut x) {
+                let shake = f64::sin(17.0 * f64::from(number) + step);
+                let is_pressed = x.z > 0.0 && x.truncate().length() < 5.0;
+                *x += if is_pressed { DVec3::new(shake, 0.3, -3.0) } else { DVec3::ZERO };
+            }
+            let mut of_all = x.clone();
+            passes += limit_strain_of_all(&tissue, max_strain, &mut of_all);
+            tissue.limit_strain(max_strain, &mut x, Progress::none()).expect("no interruption");
+            assert_eq!(x, of_all, "to the bit");
+        }
+        assert!(passes > 9, "{passes} passes");
+    }
+
     /// Builds a flat grid of cells four times as long as wide, with a vertex lifted and pushed
     /// across its long edges: faces turn over, no edge is torn.
     fn turned_over() -> (Tissue, Vec<DVec3>) {

@@ -163,15 +163,16 @@ mod tests {
         let bone = shapes::plate(DVec3::new(16.0, 16.0, 1.0), [4, 4]).translated(DVec3::Z * -2.3);
         let mut x = muscle.positions.clone();
         for x in &mut x {
-            let is_pressed = x.z > 0.0 && x.truncate().length() < 3.0;
-            x.z += if is_pressed { -3.7 } else { 0.5 };
+            // So gently that no face turns.
+            let pressed = 4.2 * (-x.truncate().length_squared() / 18.0).exp();
+            x.z += 0.5 - if x.z > 0.0 { pressed } else { 0.0 };
         }
         let mut scene = bone_and_muscle(bone, muscle);
         let conditions = Conditions::default();
         let params = ResolveParams {
             max_rounds,
             max_volume_change: 0.5,
-            max_strain: 10.0,
+            max_strain: 100.0,
             ..ResolveParams::with_smoothing(6.0)
         };
         let run = Run::new(&mut scene, params, &conditions, &[], None, Progress::none());
@@ -197,9 +198,13 @@ mod tests {
     #[test]
     fn where_nothing_else_is_left_one_round_takes_apart_what_crosses_itself() {
         with_a_fold(9, |run| {
+            // After the elastic rounds, which would bring all back.
+            while run.rounds.len() <= run.elastic_rounds() {
+                run.record().expect("a round");
+            }
             run.go_round().expect("displacements");
             run.record().expect("a round");
-            let last = run.rounds[2];
+            let [.., last] = run.rounds[..] else { panic!("no round") };
             assert_eq!((last.overlapping_pairs, last.self_crossings), (0, 0), "{last:?}");
         });
     }

@@ -192,6 +192,23 @@ fn displacements_that_make_it_worse_are_not_carried_over() {
     assert!(farthest < 0.2, "is back to {farthest}, after a push by 2");
 }
 
+/// A state that is far deeper than pushes are long, which were long enough for the one before.
+#[test]
+fn a_deep_state_after_a_shallow_one_is_pushed_as_far_as_it_is_deep() {
+    let at = |shift: f64| {
+        let bone = shapes::ellipsoid(DVec3::new(4.0, 14.0, 14.0), 3);
+        let muscle = shapes::icosphere(10.0, 3).translated(DVec3::X * shift);
+        bone_and_muscle(bone, muscle).0
+    };
+    let params = ResolveParams::with_smoothing(0.5);
+    let mut resolver = Resolver::new(params).expect("a resolver");
+    let shallow = resolver.resolve(&mut at(13.8), Progress::none()).expect("a resolution");
+    let deep = resolver.resolve(&mut at(8.0), Progress::none()).expect("a resolution");
+    assert!(shallow.resolved && deep.resolved, "{:?}", deep.remaining);
+    let alone = resolve::resolve(&mut at(8.0), &params, Progress::none());
+    assert!(!alone.expect("a resolution").resolved, "pushed no farther than it was asked to");
+}
+
 #[test]
 fn displacements_of_bodies_with_other_vertices_are_not_carried_over() {
     let spheres = |level: u32| {
