@@ -45,22 +45,6 @@ pub(crate) fn whole_index(x: f64) -> usize {
     ((x + TWO_TO_52).to_bits() & ((1 << 52) - 1)) as usize
 }
 
-/// Returns the lowest 32 bits of an index.
-#[inline]
-#[expect(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "as documented")]
-pub(crate) fn whole(index: usize) -> i32 {
-    index as i32
-}
-
-/// Rounds to the nearest whole number of 32 bits, saturating.
-#[inline]
-#[expect(clippy::cast_possible_truncation, reason = "the cast saturates")]
-pub(crate) fn nearest_whole(x: f64) -> i32 {
-    // At this magnitude neighboring numbers are 1 apart.
-    const WHOLE: f64 = 6_755_399_441_055_744.0; // 1.5 · 2^52
-    ((x + WHOLE) - WHOLE) as i32
-}
-
 /// Rounds to single precision.
 #[expect(clippy::cast_possible_truncation, reason = "rounding to storage precision is the purpose")]
 pub(crate) fn single(x: f64) -> f32 {

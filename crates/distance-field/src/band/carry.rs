@@ -27,14 +27,6 @@ fn reach(params: BandParams) -> Option<usize> {
     (reach <= coordinate(MAX_REACH)).then(|| floor_index(reach))
 }
 
-/// Returns the largest distance of a node from the face that is carried to it, in spacings; `None`
-/// where that has no bound.
-///
-/// On the way lie the nearest band node and, from there, at most the band.
-pub(super) fn max_distance(params: BandParams) -> Option<f64> {
-    Some(coordinate(reach(params)?) + params.band)
-}
-
 /// Carries faces to all nodes that may be within the truncation, or to all.
 pub(super) fn carry(
     face: &mut [u32],

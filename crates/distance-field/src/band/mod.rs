@@ -2,7 +2,6 @@
 //! that is closest to the nearest node of the band.
 
 mod carry;
-mod flat;
 mod layers;
 mod measure;
 mod narrow;
@@ -52,6 +51,6 @@ pub(crate) fn squared_distances(
     regions::fill(surface, dims, params.band, &mut nearest, progress.part(0.0, 0.4))?;
 
     carry::carry(&mut nearest.face, dims, params, progress.part(0.4, 0.7))?;
-    measure::measure(surface, &mut nearest, dims, params, progress.part(0.7, 1.0))?;
+    measure::measure(surface, &mut nearest, dims, progress.part(0.7, 1.0))?;
     Ok(nearest.squared)
 }
