@@ -73,10 +73,11 @@ impl ContactIsland {
         law: ContactLaw,
         inverse_masses: &[f64],
     ) -> Result<Self, ResponseError> {
-        let own: Vec<&Contact> = own.iter().map(|number| &contacts[*number]).collect();
         let mut particles = Vec::new();
-        for contact in &own {
-            particles.extend(contact.stencil.terms().iter().map(|term| term.particle));
+        for &number in own {
+            for term in contacts[number].stencil.terms() {
+                particles.push(term.particle);
+            }
         }
         particles.sort_unstable();
         particles.dedup();
@@ -84,7 +85,8 @@ impl ContactIsland {
         let masses: Vec<f64> = particles.iter().map(|p| inverse_masses[*p as usize]).collect();
         let numbers: BTreeMap<u32, u32> = particles.iter().copied().zip(0..).collect();
         let mut rows = ContactRows::new(particles.len());
-        for contact in own {
+        for &number in own {
+            let contact = &contacts[number];
             let mut terms = Vec::with_capacity(6);
             for &Term { particle, weight } in contact.stencil.terms() {
                 terms.push(Term { particle: numbers[&particle], weight });

@@ -81,7 +81,10 @@ fn patches<'a>(sides: [PatchSide<'a>; 2], crossing_faces: &[[u32; 2]]) -> Vec<Ex
     let mut patches: Vec<ExitPatch<'a>> = Vec::new();
     let mut numbers = vec![usize::MAX; counts[0] + counts[1]];
     for (k, (side, first)) in sides.iter().zip(firsts).enumerate() {
-        for near in side.near.iter().filter(|near| near.gap < 0.0) {
+        for near in side.near {
+            if near.gap >= 0.0 {
+                continue;
+            }
             let number = &mut numbers[sets.find(first + near.vertex) as usize];
             if *number == usize::MAX {
                 *number = patches.len();
@@ -108,9 +111,9 @@ fn joined_vertices(
         for near in side.near {
             inside[k][near.vertex as usize] = near.gap < 0.0;
         }
-        for near in side.near.iter().filter(|near| near.gap < 0.0) {
+        for near in side.near {
             for link in side.tissue.links(near.vertex) {
-                if inside[k][link.neighbor as usize] {
+                if near.gap < 0.0 && inside[k][link.neighbor as usize] {
                     sets.join(firsts[k] + near.vertex, firsts[k] + link.neighbor);
                 }
             }

@@ -127,9 +127,10 @@ impl Run<'_> {
     /// Lists the bodies that are to be uncrossed and still cross themselves.
     pub(crate) fn self_overlaps(&self) -> Result<Vec<BodyId>, Interrupted> {
         let (mut left, progress) = (Vec::new(), self.round_progress());
-        for tissue in self.tissues.iter().filter(|tissue| tissue.crossings_to_resolve.is_some()) {
+        for tissue in &self.tissues {
             let tree = fitted_tree(self.scene.body(tissue.id));
-            if tissue.count_new_self_crossings(tree, progress)? > 0 {
+            let is_wanted = tissue.crossings_to_resolve.is_some();
+            if is_wanted && tissue.count_new_self_crossings(tree, progress)? > 0 {
                 left.push(tissue.id);
             }
         }

@@ -152,8 +152,11 @@ impl NearPairs {
         let (mut vertices, id) = (BTreeSet::new(), PairId::new(body, other));
         for pair in self.iter().filter(|pair| pair.report.pair == id) {
             let side = usize::from(id.b == body);
-            let inside = pair.sides()[side].1.near.iter().filter(|near| near.gap < 0.0);
-            vertices.extend(inside.map(|near| near.vertex));
+            for near in &pair.sides()[side].1.near {
+                if near.gap < 0.0 {
+                    vertices.insert(near.vertex);
+                }
+            }
             for faces in &pair.report.crossing_faces {
                 vertices.extend(surface.faces()[faces[side] as usize]);
             }

@@ -161,8 +161,10 @@ impl Run<'_> {
 
         // Where bodies are tied they touch: they are not pushed farther apart than that.
         if self.is_tied(report.pair) {
-            for contact in contacts.iter_mut().filter(|contact| self.is_of_tie(contact)) {
-                contact.gap += clearance(&self.params);
+            for contact in &mut contacts {
+                if self.is_of_tie(contact) {
+                    contact.gap += clearance(&self.params);
+                }
             }
         }
         contacts

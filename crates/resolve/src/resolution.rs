@@ -368,9 +368,11 @@ impl BodyChange {
     ) -> Result<Self, Interrupted> {
         // Displacements from the start.
         let x = tree.positions().as_slice();
-        let displacements: Vec<_> =
-            x.iter().zip(&tissue.rest).map(|(x, rest)| *x - *rest).collect();
-        let moved = displacements.iter().filter(|u| **u != DVec3::ZERO).count();
+        let (mut displacements, mut moved) = (Vec::with_capacity(x.len()), 0);
+        for (x, rest) in x.iter().zip(&tissue.rest) {
+            displacements.push(*x - *rest);
+            moved += usize::from(x != rest);
+        }
 
         // Shape: volume, faces that turned over, and crossings of the body with itself.
         let crossings = tree.self_crossings(&mut Workspace::default(), progress)?.len();

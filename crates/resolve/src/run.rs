@@ -266,8 +266,10 @@ impl<'a> Run<'a> {
 
     /// Moves soft bodies back to where they were at the start.
     pub(crate) fn restore(&mut self) -> Result<(), ResolveError> {
-        for tissue in self.tissues.iter().filter(|tissue| !tissue.is_rigid) {
-            self.scene.move_body(tissue.id, &tissue.rest)?;
+        for tissue in &self.tissues {
+            if !tissue.is_rigid {
+                self.scene.move_body(tissue.id, &tissue.rest)?;
+            }
         }
         Ok(())
     }
@@ -357,7 +359,7 @@ impl<'a> Run<'a> {
 
     /// Brackets the depth of the deepest overlap at present.
     fn surface_depth(&mut self) -> Result<Option<DepthBracket>, ResolveError> {
-        let pairs: Vec<PairId> = self.near.overlapping().map(|near| near.report.pair).collect();
+        let pairs = self.overlapping_pairs();
         let width = DEPTH_BRACKET * self.params.tolerance;
         let overlaps = self.scene.pair_overlaps(&pairs, Some(width), self.round_progress())?;
         Ok(max_bracket(overlaps.iter().flatten().filter_map(PairOverlap::max_depth)))

@@ -8,7 +8,7 @@ use surface::triangle;
 
 use crate::damage::self_crossings_at;
 use crate::free_step::MAX_HOLD_PASSES;
-use crate::tissue::Tissue;
+use crate::tissue::{Tissue, corners_at};
 
 /// Smoothing passes over strained tissue. Each halves the difference between a
 /// vertex and its surroundings. Below, strain remains; above, deep folds take longer.
@@ -198,7 +198,7 @@ impl Tissue {
 
             // Compared with the lengths, so that no square root of a sliver divides.
             let before = self.rest_face_normals[number as usize];
-            let after = triangle::normal(face.map(|vertex| x[vertex as usize]));
+            let after = triangle::normal(corners_at(face, x));
             let is_turned = before.dot(after) <= limit * before.length() * after.length();
             if before != DVec3::ZERO && is_turned {
                 turned.push(number);

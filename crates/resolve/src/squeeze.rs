@@ -33,7 +33,10 @@ impl Run<'_> {
         after: &[PairReport],
         standstill: Obstacle,
     ) {
-        for left in remaining.iter_mut().filter(|left| left.obstacle == standstill) {
+        for left in remaining {
+            if left.obstacle != standstill {
+                continue;
+            }
             let report = after.iter().find(|report| report.pair == left.pair);
             let squeeze = report.and_then(|report| self.squeeze_of_overlap(report));
             if let Some(Squeeze { room, thickness }) = squeeze {
@@ -139,7 +142,10 @@ impl Run<'_> {
         };
         let needed = thickness + 2.0 * self.params.gap;
         let mut room: Option<f64> = None;
-        for other in self.tissues.iter().filter(|other| other.is_rigid && other.id != rigid) {
+        for other in &self.tissues {
+            if !other.is_rigid || other.id == rigid {
+                continue;
+            }
             let tree = fitted_tree(self.scene.body(other.id));
             if tree.has_inside().is_ok() && tree.contains(foot, workspace) {
                 return Some(0.0);

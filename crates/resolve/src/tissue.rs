@@ -79,11 +79,16 @@ pub(crate) struct Damage {
     pub(crate) max_displacement: f64,
 }
 
+/// Returns the positions of the corners of a face.
+pub(crate) fn corners_at(face: [u32; 3], x: &[DVec3]) -> [DVec3; 3] {
+    face.map(|vertex| x[vertex as usize])
+}
+
 /// Computes the normals of faces, twice as long as their areas.
 fn face_normals(faces: &[[u32; 3]], x: &[DVec3]) -> Vec<DVec3> {
     let mut normals = Vec::with_capacity(faces.len());
-    for face in faces {
-        normals.push(triangle::normal(face.map(|vertex| x[vertex as usize])));
+    for &face in faces {
+        normals.push(triangle::normal(corners_at(face, x)));
     }
     normals
 }
@@ -192,7 +197,7 @@ impl Tissue {
     pub(crate) fn volume_gradient(&self, vertex: u32, x: &[DVec3]) -> DVec3 {
         let mut doubled = DVec3::ZERO;
         for &face in self.surface.vertex_faces(vertex) {
-            doubled += triangle::normal(self.corners(face).map(|corner| x[corner as usize]));
+            doubled += triangle::normal(corners_at(self.corners(face), x));
         }
         doubled / 6.0
     }
@@ -300,7 +305,7 @@ impl Tissue {
 
     /// Computes the signed volume that the surface encloses at `x`.
     pub(crate) fn volume_at(&self, x: &[DVec3]) -> f64 {
-        let corners = |face: &[u32; 3]| face.map(|vertex| x[vertex as usize]);
+        let corners = |face: &[u32; 3]| corners_at(*face, x);
         triangle::signed_volume(self.surface.faces().iter().map(corners), x[0])
     }
 

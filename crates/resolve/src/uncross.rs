@@ -11,7 +11,7 @@ use surface::{Meeting, closest_between_triangles, triangles_meet};
 use crate::ResolveError;
 use crate::elastic::{ElasticProblem, GapRow};
 use crate::run::{Run, clearance};
-use crate::tissue::{Tissue, fitted_tree};
+use crate::tissue::{Tissue, corners_at, fitted_tree};
 
 /// Steps per body. Below, folds of several edges remain; above, hopeless ones take longer.
 const MAX_STEPS: usize = 12;
@@ -98,8 +98,7 @@ impl Tissue {
         rows: &mut Vec<GapRow>,
     ) {
         // The plane at the start, and how far the faces were from each other across it.
-        let [face_a, face_b] =
-            [a, b].map(|face| self.corners(face).map(|vertex| self.rest[vertex as usize]));
+        let [face_a, face_b] = [a, b].map(|face| corners_at(self.corners(face), &self.rest));
         if triangles_meet(face_a, face_b) == Meeting::Crossing {
             return;
         }
