@@ -111,14 +111,22 @@ pub(crate) fn verified_rows(root: &Path) -> Result<Vec<Row>, String> {
     generous_rows(root, WITHOUT_PEERS)
 }
 
+/// Runs alone in which a figure may still come within its bound. Noise only adds time: one run without it
+/// is enough.
+const MAX_RUNS_ALONE: usize = 3;
+
 /// Returns all figures as rows of the closing table, which fail where they exceed [`GENEROUS`]
-/// times their bounds in two runs.
+/// times their bounds in all runs.
 fn generous_rows(root: &Path, package: &[&str]) -> Result<Vec<Row>, String> {
     let mut figures = run_quickly(root, package)?;
 
-    // A second run of the crates whose figures fail, alone: the better one counts.
-    let failed: Vec<Figure> = figures.extract_if(.., |figure| figure.fails_generously()).collect();
-    if !failed.is_empty() {
+    // More runs of the crates whose figures fail, alone: the better one counts.
+    for _ in 0..MAX_RUNS_ALONE {
+        let failed: Vec<Figure> =
+            figures.extract_if(.., |figure| figure.fails_generously()).collect();
+        if failed.is_empty() {
+            break;
+        }
         println!("\nonce more, alone, since a figure exceeds its bound:");
         let mut groups = BTreeSet::new();
         for figure in &failed {
