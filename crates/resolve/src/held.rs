@@ -25,7 +25,8 @@ impl Resolver {
             let (last_carried, last_end) =
                 (std::mem::take(&mut self.carried), soft_positions(scene));
             move_soft_bodies(scene, rest)?;
-            let mut next = self.attempt(scene, &[], &held, Some(&resolution.before), progress)?;
+            let before = Some(&resolution.before[..]);
+            let mut next = self.attempt(self.params, scene, &[], &held, before, progress)?;
             if next.left() >= resolution.left() {
                 self.carried = last_carried;
                 move_soft_bodies(scene, &last_end)?;

@@ -98,7 +98,7 @@ impl Resolver {
             carried.clear();
         }
         let rest = soft_positions(scene);
-        let resolution = self.attempt(scene, &carried, &[], None, progress)?;
+        let resolution = self.attempt(self.params, scene, &carried, &[], None, progress)?;
         if carried.is_empty() || !may_be_better(&resolution) {
             return self.hold_broken(scene, resolution, &rest, progress);
         }
@@ -109,7 +109,7 @@ impl Resolver {
         move_soft_bodies(scene, &rest)?;
         let params = self.params_of_depth(&resolution.before);
         let before = (params == self.params).then_some(&resolution.before[..]);
-        let alone = self.attempt_with(&params, scene, &[], &[], before, progress)?;
+        let alone = self.attempt(params, scene, &[], &[], before, progress)?;
         if alone.resolved {
             return Ok(alone);
         }
@@ -126,31 +126,18 @@ impl Resolver {
         ResolveParams { smoothing, ..self.params }
     }
 
-    /// Removes overlaps from one start with some bodies held, and keeps the displacements to carry on.
-    /// `before` are the overlaps without any displacement, where they are known.
+    /// Removes overlaps by some parameters from one start, with some bodies held, and keeps the displacements
+    /// to carry on. `before` are the overlaps without any displacement, where they are known.
     pub(crate) fn attempt(
         &mut self,
+        params: ResolveParams,
         scene: &mut Scene,
         carried: &[LocalDisplacements],
         held: &[BodyId],
         before: Option<&[PairReport]>,
         progress: Progress<'_>,
     ) -> Result<Resolution, ResolveError> {
-        let params = self.params;
-        self.attempt_with(&params, scene, carried, held, before, progress)
-    }
-
-    /// Removes overlaps by other parameters.
-    fn attempt_with(
-        &mut self,
-        params: &ResolveParams,
-        scene: &mut Scene,
-        carried: &[LocalDisplacements],
-        held: &[BodyId],
-        before: Option<&[PairReport]>,
-        progress: Progress<'_>,
-    ) -> Result<Resolution, ResolveError> {
-        let mut run = Run::new(scene, *params, &self.conditions, held, before, progress)?;
+        let mut run = Run::new(scene, params, &self.conditions, held, before, progress)?;
         let result = run.warm_start(carried).and_then(|()| run.complete());
         match &result {
             Ok(_) => self.carried = run.local_displacements(),
