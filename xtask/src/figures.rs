@@ -111,28 +111,21 @@ pub(crate) fn verified_rows(root: &Path) -> Result<Vec<Row>, String> {
     generous_rows(root, WITHOUT_PEERS)
 }
 
-/// Runs alone in which a figure may still come within its bound. Noise only adds time: one run without it
-/// is enough.
-const MAX_RUNS_ALONE: usize = 3;
-
 /// Returns all figures as rows of the closing table, which fail where they exceed [`GENEROUS`]
-/// times their bounds in all runs.
+/// times their bounds in two runs.
 fn generous_rows(root: &Path, package: &[&str]) -> Result<Vec<Row>, String> {
     let mut figures = run_quickly(root, package)?;
 
-    // More runs of the crates whose figures fail, alone: the better one counts.
-    for _ in 0..MAX_RUNS_ALONE {
-        let failed: Vec<Figure> =
-            figures.extract_if(.., |figure| figure.fails_generously()).collect();
-        if failed.is_empty() {
-            break;
-        }
+    // A second run of the crates whose figures fail, alone and for as long as `ratios` measures: the better
+    // one counts.
+    let failed: Vec<Figure> = figures.extract_if(.., |figure| figure.fails_generously()).collect();
+    if !failed.is_empty() {
         println!("\nonce more, alone, since a figure exceeds its bound:");
         let mut groups = BTreeSet::new();
         for figure in &failed {
             groups.insert(figure.group.as_str());
         }
-        let task: Vec<&str> = ["ratios", "--quick"].into_iter().chain(groups).collect();
+        let task: Vec<&str> = ["ratios"].into_iter().chain(groups).collect();
         let mut again = run_benches(root, package, &task)?;
         again.retain(|figure| !figure.fails_generously());
         for figure in failed {
