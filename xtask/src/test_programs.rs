@@ -24,6 +24,8 @@ struct Program {
     executable: PathBuf,
     /// Folder of its package, in which cargo runs it.
     folder: PathBuf,
+    /// True if its tests may run a program of its package, which cargo may finish after them.
+    needs_program: bool,
 }
 
 impl Program {
@@ -40,7 +42,8 @@ impl Program {
         let source = path("src_path")?;
         let is_unit = source.parent()?.ends_with("src");
         let target = if is_unit { "lib" } else { field(message, "name")? }.to_owned();
-        Some(Self { package, target, executable, folder })
+        let needs_program = !is_unit && folder.join("src/main.rs").is_file();
+        Some(Self { package, target, executable, folder, needs_program })
     }
 
     /// Runs all tests, or those that `arguments` choose; returns what they printed, and whether
@@ -141,13 +144,18 @@ pub(crate) fn build_and_run(
         let runners: Vec<_> = (0..RUNNERS).map(|_| scope.spawn(run_all)).collect();
 
         // Messages of the compiler are for reading, those of cargo for the queue.
+        let mut held = Vec::new();
         build.arg("--no-run").arg("--message-format=json-render-diagnostics");
         build.current_dir(root).stdin(Stdio::null());
         let built = read_lines(build, |line| match Program::read(line) {
+            Some(program) if program.needs_program => held.push(program),
             Some(program) => queue.add(program),
             None if line.starts_with('{') => (),
             None => println!("{line}"),
         });
+        for program in held {
+            queue.add(program);
+        }
         let is_built = built.map(|status| status.success());
         let rest = is_built.and_then(|is_built| Ok(meanwhile(&output)? && is_built));
 
@@ -189,6 +197,30 @@ mod tests {
         assert!(Program::read("   Compiling kdop v0.1.0").is_none());
     }
 
+    #[cfg(unix)]
+    #[test]
+    fn tests_wait_for_the_program_of_their_package() {
+        use std::fs;
+        use std::os::unix::fs::PermissionsExt;
+
+        // A build that has the test before the program, and a test that looks for the program.
+        let folder = std::env::temp_dir().join(format!("xtask-{}", std::process::id()));
+        let test = folder.join("crates/kdop/it");
+        fs::create_dir_all(folder.join("crates/kdop/src")).unwrap();
+        fs::write(folder.join("crates/kdop/src/main.rs"), "").unwrap();
+        fs::write(&test, "#!/bin/sh\ntest -e program\n").unwrap();
+        fs::set_permissions(&test, fs::Permissions::from_mode(0o755)).unwrap();
+        let executable = format!("\"{}\"", test.display());
+        let message = message("tests/it/main.rs", true, &executable);
+        let message = message.replace("\"/a/", &format!("\"{}/", folder.display()));
+        let script = format!("echo '{message}'; sleep 0.3; touch crates/kdop/program");
+
+        let mut build = Command::new("sh");
+        let ended = build_and_run(&folder, build.args(["-c", &script]), &[], |_| Ok(true));
+        fs::remove_dir_all(&folder).unwrap();
+        assert!(ended.unwrap().1);
+    }
+
     #[test]
     fn a_complete_queue_gives_out_what_it_holds() {
         let queue = Queue::default();
@@ -211,6 +243,7 @@ mod tests {
             target: "lib".to_owned(),
             executable: PathBuf::from("false"),
             folder: std::env::temp_dir(),
+            needs_program: false,
         };
         assert!(!program.run(Path::new("."), &[]).1);
         let missing = Program { executable: PathBuf::from("/no/such/program"), ..program };
