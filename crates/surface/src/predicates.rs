@@ -16,8 +16,12 @@ pub(crate) type Sign = i32;
 
 /// Returns the side of the plane through `a`, `b`, `c` that holds `p`: 1 where
 /// `(b − a) × (c − a)` points, 0 in the plane.
+#[inline]
 pub(crate) fn side_of_plane(corners: [DVec3; 3], p: DVec3) -> Sign {
-    sign(height_over_plane(corners, p))
+    match RoundedPlane::new(corners).side(p) {
+        0 => sign(height_over_plane(corners, p)),
+        side => side,
+    }
 }
 
 /// Computes `((b − a) × (c − a)) · (p − a)` with an exact sign.
@@ -31,25 +35,44 @@ pub(crate) fn height_over_plane([a, b, c]: [DVec3; 3], p: DVec3) -> f64 {
 /// One normal serves the three, as far as a bound on its rounding allows; the exact
 /// predicate is evaluated only within that bound.
 #[inline]
-pub(crate) fn sides_of_plane([a, b, c]: [DVec3; 3], points: [DVec3; 3]) -> [Sign; 3] {
-    let (u, v) = (b - a, c - a);
-    let normal = u.cross(v);
-    let bound = PLANE_ROUNDING * size(u) * size(v);
-
+pub(crate) fn sides_of_plane(corners: [DVec3; 3], points: [DVec3; 3]) -> [Sign; 3] {
     // The rounded heights decide nearly always; 0 stands for "within rounding".
-    let rounded = |p: DVec3| {
-        let r = p - a;
-        let height = normal.dot(r);
-        if height.abs() > bound * size(r) { sign(height) } else { 0 }
-    };
+    let plane = RoundedPlane::new(corners);
     let [p, q, r] = points;
-    let (sp, sq, sr) = (rounded(p), rounded(q), rounded(r));
+    let (sp, sq, sr) = (plane.side(p), plane.side(q), plane.side(r));
     if sp != 0 && sq != 0 && sr != 0 {
         return [sp, sq, sr];
     }
 
-    let exact = |sign: Sign, p: DVec3| if sign == 0 { side_of_plane([a, b, c], p) } else { sign };
+    let exact = |side: Sign, p: DVec3| match side {
+        0 => sign(height_over_plane(corners, p)),
+        side => side,
+    };
     [exact(sp, p), exact(sq, q), exact(sr, r)]
+}
+
+/// Plane of a triangle in rounded numbers, with what bounds their rounding.
+struct RoundedPlane {
+    corner: DVec3,
+    normal: DVec3,
+    /// Bound on the rounding of a height over the plane, relative to the [`size`] of `p − corner`.
+    bound: f64,
+}
+
+impl RoundedPlane {
+    #[inline]
+    fn new([a, b, c]: [DVec3; 3]) -> Self {
+        let (u, v) = (b - a, c - a);
+        Self { corner: a, normal: u.cross(v), bound: PLANE_ROUNDING * size(u) * size(v) }
+    }
+
+    /// Returns the side of the plane that holds a point, or 0 within the bound on rounding.
+    #[inline]
+    fn side(&self, p: DVec3) -> Sign {
+        let r = p - self.corner;
+        let height = self.normal.dot(r);
+        if height.abs() > self.bound * size(r) { sign(height) } else { 0 }
+    }
 }
 
 /// Bound on the rounding of `(u × v) · r` relative to the product of the largest
