@@ -170,11 +170,16 @@ impl<'a> Run<'a> {
             return Ok(());
         }
 
-        // Carried displacements count as a round, and are taken back where they are no better.
+        // Carried displacements count as a round, and are taken back where more is left by them. That a
+        // pair overlaps anew does not count: it comes out as any other.
         self.move_soft(|tissue, _| Some(carried[tissue.id.index()].displace(tissue)))?;
         self.record()?;
-        self.is_warm = self.stalled_rounds == 0;
-        if self.is_warm { Ok(()) } else { self.revert_to_best() }
+        self.is_warm = self.rounds[1].merit < self.rounds[0].merit;
+        if !self.is_warm {
+            return self.revert_to_best();
+        }
+        self.keep_as_best(1);
+        Ok(())
     }
 
     /// Pushes bodies apart round by round, and takes the best round.
@@ -324,11 +329,7 @@ impl<'a> Run<'a> {
         let best = self.rounds.get(self.best);
         let is_better = best.is_none_or(|best| round.is_better_than(best));
         if is_better {
-            self.best = self.rounds.len();
-            self.stalled_rounds = 0;
-            for (tissue, body) in self.tissues.iter_mut().zip(self.scene.bodies()) {
-                tissue.best.copy_from_slice(body.positions());
-            }
+            self.keep_as_best(self.rounds.len());
         } else if self.rounds.len() <= self.elastic_rounds() {
             // Elastic rounds pass through states that are no better.
             self.stalled_rounds = 1;
@@ -345,6 +346,15 @@ impl<'a> Run<'a> {
         }
         self.rounds.push(round);
         Ok(())
+    }
+
+    /// Keeps the present state as the best one, after a round of a number.
+    fn keep_as_best(&mut self, number: usize) {
+        self.best = number;
+        self.stalled_rounds = 0;
+        for (tissue, body) in self.tissues.iter_mut().zip(self.scene.bodies()) {
+            tissue.best.copy_from_slice(body.positions());
+        }
     }
 
     /// Counts the faces that a pair shares, where it is to come apart: for a gap, or since surfaces of

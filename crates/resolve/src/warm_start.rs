@@ -68,3 +68,47 @@ fn local_frame(tissue: &Tissue, vertex: u32) -> DMat3 {
         _ => DMat3::IDENTITY,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use fixtures::shapes;
+    use scene::BodyKind;
+    use surface::progress::Progress;
+
+    use super::*;
+    use crate::run::Run;
+    use crate::test_scenes::bone_and_muscle;
+    use crate::{Conditions, ResolveParams};
+
+    /// A muscle deep in a bone, and close above it another bone, which carried displacements press it into.
+    #[test]
+    fn displacements_are_carried_though_another_pair_overlaps_by_them() {
+        let block = |z: f64| {
+            shapes::plate(DVec3::new(20.0, 20.0, 4.0), [4, 4]).translated(DVec3::new(0.0, 0.0, z))
+        };
+        let muscle = shapes::ellipsoid(DVec3::new(8.0, 8.0, 4.0), 3).translated(3.0 * DVec3::Z);
+        let mut scene = bone_and_muscle(block(0.0), muscle);
+        let above = block(9.5);
+        scene
+            .add("above", BodyKind::Rigid, above.surface(), above.positions)
+            .expect("a third body");
+
+        for (up, is_kept) in [(3.1, true), (-1.0, false)] {
+            let (params, conditions) = (ResolveParams::with_smoothing(6.0), Conditions::default());
+            let run = Run::new(&mut scene, params, &conditions, &[], None, Progress::none());
+            let mut run = run.expect("a run");
+            let mut carried = Vec::new();
+            for tissue in &run.tissues {
+                let x: Vec<DVec3> = tissue.rest.iter().map(|x| *x + up * DVec3::Z).collect();
+                carried.push(LocalDisplacements::new(tissue, &x));
+            }
+            run.warm_start(&carried).expect("a state");
+            assert_eq!((run.rounds[0].new_pairs, run.rounds[0].overlapping_pairs), (0, 1));
+            assert_eq!(run.rounds[1].new_pairs > 0, is_kept, "{:?}", run.rounds[1]);
+            assert_eq!(run.is_warm, is_kept, "by {up}");
+            let moved = run.scene.bodies()[1].positions() != run.tissues[1].rest;
+            assert_eq!(moved, is_kept);
+            run.restore().expect("the start");
+        }
+    }
+}
