@@ -64,8 +64,9 @@ fn place(scene: &mut Scene, positions: &[Vec<DVec3>]) {
 type Crossings = BTreeSet<(BodyId, BodyId, [u32; 2])>;
 
 fn crossings(scene: &mut Scene) -> Crossings {
-    let reports =
-        scene.check(&CheckParams::without_measures(0.0), musculo_collide::Progress::none()).expect("a check");
+    let reports = scene
+        .check(&CheckParams::without_measures(0.0), musculo_collide::Progress::none())
+        .expect("a check");
     let of_pair = |report: &musculo_collide::PairReport| -> Vec<_> {
         report.crossing_faces.iter().map(|&faces| (report.pair.a, report.pair.b, faces)).collect()
     };
