@@ -21,6 +21,8 @@ pub(crate) struct Candidate {
     pub(crate) bone: Option<BodyId>,
     /// Operations per frame.
     pub(crate) operations: OperationCounts,
+    /// Time that they take \[s\].
+    pub(crate) seconds: f64,
 }
 
 /// Candidates of one pair.
@@ -154,7 +156,7 @@ impl Options {
             seconds += body.seconds(set);
         }
         for (pair, &candidate) in self.pairs.iter().zip(candidates) {
-            seconds += self.frames * pair.candidates[candidate].operations.seconds();
+            seconds += self.frames * pair.candidates[candidate].seconds;
         }
         seconds
     }
@@ -297,7 +299,7 @@ impl<'a> Search<'a> {
         let mut cheapest: Option<(f64, usize)> = None;
         for (place, candidate) in pair.candidates.iter().enumerate() {
             let [needs_a, needs_b] = candidate.needs(pair.pair);
-            let seconds = self.options.frames * candidate.operations.seconds();
+            let seconds = self.options.frames * candidate.seconds;
             let is_allowed = a.contains(needs_a) && b.contains(needs_b);
             if is_allowed && cheapest.is_none_or(|(least, _)| seconds < least) {
                 cheapest = Some((seconds, place));
@@ -338,6 +340,7 @@ mod tests {
             is_coarse,
             bone: None,
             operations: OperationCounts::default(),
+            seconds: 0.0,
         };
         let pair = PairOptions {
             pair: PairId::new(bodies[0], bodies[1]),

@@ -91,7 +91,7 @@ impl Workload {
                 ..OperationCounts::default()
             },
         };
-        Candidate { method, is_coarse, bone, operations }
+        Candidate { method, is_coarse, bone, operations, seconds: operations.seconds() }
     }
 
     /// Predicts the work on coarser surfaces: vertices as there are faces, and faces along the
