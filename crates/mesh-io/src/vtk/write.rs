@@ -171,11 +171,13 @@ pub(super) fn array<const N: usize>(
     components: usize,
     values: impl Iterator<Item = [u8; N]>,
 ) -> String {
-    let content: Vec<u8> = values.flatten().collect();
-
-    // The length stands in the same run of base64 as the content.
-    let mut bytes = (content.len() as u64).to_le_bytes().to_vec();
-    bytes.extend(content);
+    // The length stands in the same run of base64 as the content, and is known after it.
+    let mut bytes = vec![0; size_of::<u64>()];
+    for value in values {
+        bytes.extend_from_slice(&value);
+    }
+    let length = (bytes.len() - size_of::<u64>()) as u64;
+    bytes[..size_of::<u64>()].copy_from_slice(&length.to_le_bytes());
 
     format!(
         "<DataArray type=\"{number_type}\" Name=\"{name}\" NumberOfComponents=\"{components}\" format=\"binary\">{}</DataArray>\n",
