@@ -33,8 +33,6 @@ pub(crate) struct GapRow {
     pub(crate) normal: DVec3,
     /// Opening that is missing; negative where the gap is wider than asked.
     pub(crate) missing: f64,
-    /// Force that keeps the gap open, `>= 0`.
-    pub(crate) multiplier: f64,
     /// Stiffness of the augmented term.
     pub(crate) penalty: f64,
 }
@@ -83,7 +81,7 @@ pub(crate) struct ElasticProblem {
 impl GapRow {
     /// Returns a row that is not in force.
     pub(crate) fn new(terms: Vec<(u32, f64)>, normal: DVec3, missing: f64) -> Self {
-        Self { terms, normal, missing, multiplier: 0.0, penalty: 0.0 }
+        Self { terms, normal, missing, penalty: 0.0 }
     }
 
     /// Leaves out particles that are not active. Where that leaves next to no lever, the others hold what
@@ -104,9 +102,9 @@ impl GapRow {
         opening
     }
 
-    /// Returns the force at an opening.
-    pub(crate) fn force(&self, opening: f64) -> f64 {
-        (self.multiplier + self.penalty * (self.missing - opening)).max(0.0)
+    /// Returns the force at an opening, for the multiplier of the row.
+    pub(crate) fn force(&self, multiplier: f64, opening: f64) -> f64 {
+        (multiplier + self.penalty * (self.missing - opening)).max(0.0)
     }
 }
 

@@ -68,6 +68,7 @@ mod run;
 mod self_contacts;
 mod settle;
 mod shape;
+mod shared_number;
 mod spread;
 mod squeeze;
 #[cfg(test)]
@@ -75,6 +76,7 @@ mod test_scenes;
 mod ties;
 mod tissue;
 mod tuning;
+mod turns;
 mod uncross;
 mod warm_start;
 

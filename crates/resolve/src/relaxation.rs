@@ -2,14 +2,15 @@
 //!
 //! Bodies without a row or a bond in common do not change each other. Each body has a level, above those of
 //! all bodies before it that it has one in common with. The bodies of a level are relaxed side by
-//! side, level by level up or down: to the bit as one body after the other.
+//! side, level by level up or down ([`super::turns`]): to the bit as one body after the other.
 
-use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use glam::{DMat3, DVec3};
-use surface::parallel;
 
 use crate::elastic::{Bond, ElasticProblem, GapRow, VolumeRow};
+use crate::shared_number::SharedNumber;
+use crate::turns::Turns;
 
 /// Part of an accuracy that rows may be missing from a solution: a quarter, so that what is solved for is left
 /// where all that is computed from it is rounded.
@@ -18,9 +19,8 @@ pub(crate) const SOLVED_SHARE: f64 = 0.25;
 /// Smallest number of sweeps, in which displacements spread over that many edges.
 const MIN_SWEEPS: usize = 8;
 
-/// Number of particles beside those of the largest body of a level, below which its bodies are relaxed
-/// on one thread: to wake others takes longer.
-const MIN_SHARED_PARTICLES: usize = 500;
+/// Number of particles below which all bodies are relaxed on one thread: to wake others takes longer.
+const MIN_SHARED_PARTICLES: usize = 1000;
 
 impl ElasticProblem {
     /// Computes the steps of all particles from their displacements `u` to those of least energy;
@@ -35,15 +35,22 @@ impl ElasticProblem {
         tolerance: f64,
         penalty: f64,
     ) -> Vec<DVec3> {
-        let mut relaxation = Relaxation::new(self, u, penalty);
-
-        // Multipliers follow the rows after every sweep: inexact, but each sweep counts.
-        for sweep in 0..max_sweeps {
-            relaxation.sweep(sweep % 2 == 0);
-            let most_missing = relaxation.update_multipliers();
-            if sweep + 1 >= MIN_SWEEPS && most_missing <= tolerance {
-                break;
+        let relaxation = Relaxation::new(self, u, penalty);
+        let run = |body: usize, is_forward| relaxation.sweep_body(body, is_forward);
+        let sweep_all = || {
+            // Multipliers follow the rows after every sweep: inexact, but each sweep counts.
+            for sweep in 1..=max_sweeps {
+                relaxation.turns.sweep(&run);
+                let most_missing = relaxation.update_multipliers();
+                if sweep >= MIN_SWEEPS && most_missing <= tolerance {
+                    break;
+                }
             }
+        };
+        if relaxation.is_worth_sharing() {
+            relaxation.turns.share(&run, sweep_all);
+        } else {
+            sweep_all();
         }
         relaxation.steps_from(u)
     }
@@ -65,13 +72,15 @@ struct Relaxation {
     /// Links to active particles of the same body, by their numbers.
     links: Vec<(u32, f64)>,
     rows: Vec<GapRow>,
+    /// Force of each row that its multiplier adds.
+    multipliers: Vec<SharedNumber>,
     /// Opening of each row by the present displacements.
     openings: Vec<SharedNumber>,
     in_rows: Vec<Occurrence>,
     bonds: Vec<RelaxedBond>,
     in_bonds: Vec<Occurrence>,
-    /// Bodies by their levels.
-    levels: Vec<Vec<RelaxedBody>>,
+    bodies: Vec<Mutex<RelaxedBody>>,
+    turns: Turns,
 }
 
 /// Body with the displacements of its active particles, which are numbered from `first` on.
@@ -79,20 +88,6 @@ struct RelaxedBody {
     first: usize,
     u: Vec<DVec3>,
     volume: VolumeRow,
-}
-
-/// Number that threads share, of which one at a time changes it.
-#[derive(Default)]
-struct SharedNumber(AtomicU64);
-
-impl SharedNumber {
-    fn get(&self) -> f64 {
-        f64::from_bits(self.0.load(Relaxed))
-    }
-
-    fn add(&self, change: f64) {
-        self.0.store((self.get() + change).to_bits(), Relaxed);
-    }
 }
 
 /// Active particle with the ends of its parts of all lists, which begin where those of the particle
@@ -186,11 +181,15 @@ impl Relaxation {
         }
         let terms = rows.iter().map(|row| &row.terms).chain(bonds.iter().map(|bond| &bond.terms));
         let levels = levels(terms, &numbers, &particles, volumes.len());
+        let (bodies, levels) = relaxed_bodies(&particles, u, &volumes, &levels);
+        let turns = Turns::new(&levels);
         let mut relaxation = Self {
-            levels: relaxed_bodies(&particles, u, &volumes, &levels),
+            bodies,
+            turns,
             particles,
             links,
             openings: rows.iter().map(|_| SharedNumber::default()).collect(),
+            multipliers: rows.iter().map(|_| SharedNumber::default()).collect(),
             rows,
             in_rows: in_rows.all,
             bonds: relaxed,
@@ -203,7 +202,8 @@ impl Relaxation {
     /// Returns the steps of all particles from their displacements `u` to the present ones.
     fn steps_from(&self, u: &[DVec3]) -> Vec<DVec3> {
         let mut steps = vec![DVec3::ZERO; u.len()];
-        for body in self.levels.iter().flatten() {
+        for body in &self.bodies {
+            let body = lock(body);
             for (active, displaced) in self.particles[body.first..].iter().zip(&body.u) {
                 steps[active.particle as usize] = *displaced - u[active.particle as usize];
             }
@@ -211,26 +211,18 @@ impl Relaxation {
         steps
     }
 
-    /// Relaxes all particles once.
-    fn sweep(&mut self, is_forward: bool) {
-        let mut levels = std::mem::take(&mut self.levels);
-        let count = levels.len();
-        for step in 0..count {
-            let level = &mut levels[if is_forward { step } else { count - 1 - step }];
-            if is_worth_sharing(level) {
-                parallel::map_mut(level, |body| self.sweep_body(body, is_forward));
-            } else {
-                level.iter_mut().for_each(|body| self.sweep_body(body, is_forward));
-            }
-        }
-        self.levels = levels;
-    }
-
-    fn sweep_body(&self, body: &mut RelaxedBody, is_forward: bool) {
+    /// Relaxes the particles of a body once.
+    fn sweep_body(&self, body: usize, is_forward: bool) {
+        let body = &mut *lock(&self.bodies[body]);
         let count = body.u.len();
         for step in 0..count {
             self.relax(body, if is_forward { step } else { count - 1 - step });
         }
+    }
+
+    /// Returns true if there is enough to do for several threads.
+    fn is_worth_sharing(&self) -> bool {
+        self.bodies.len() > 1 && self.particles.len() >= MIN_SHARED_PARTICLES
     }
 
     /// Sets the stiffness of each row's augmented term in proportion to what it moves.
@@ -246,7 +238,8 @@ impl Relaxation {
             row.penalty = if compliance > 0.0 { penalty / compliance } else { 0.0 };
         }
 
-        for body in self.levels.iter_mut().flatten() {
+        for body in &self.bodies {
+            let mut body = lock(body);
             let mut compliance = 0.0;
             for active in &self.particles[body.first..body.first + body.u.len()] {
                 if active.diagonal > 0.0 {
@@ -284,7 +277,8 @@ impl Relaxation {
         let rows = before.rows_end..active.rows_end;
         for occurrence in &self.in_rows[rows.clone()] {
             let row = &self.rows[occurrence.number as usize];
-            let push = row.force(self.openings[occurrence.number as usize].get());
+            let number = occurrence.number as usize;
+            let push = row.force(self.multipliers[number].get(), self.openings[number].get());
             if push > 0.0 {
                 force += push * occurrence.weight * row.normal;
                 hessian += outer(row.normal, row.penalty * occurrence.weight * occurrence.weight);
@@ -307,28 +301,22 @@ impl Relaxation {
 
     /// Adds what rows and volumes are missing to their forces; returns the largest part of a gap
     /// that is missing.
-    fn update_multipliers(&mut self) -> f64 {
+    fn update_multipliers(&self) -> f64 {
         let mut most: f64 = 0.0;
-        for (row, opening) in self.rows.iter_mut().zip(&self.openings) {
-            row.multiplier = row.force(opening.get());
+        for ((row, multiplier), opening) in
+            self.rows.iter().zip(&self.multipliers).zip(&self.openings)
+        {
+            multiplier.set(row.force(multiplier.get(), opening.get()));
             if row.penalty > 0.0 {
                 most = most.max(row.missing - opening.get());
             }
         }
-        for RelaxedBody { volume, .. } in self.levels.iter_mut().flatten() {
+        for body in &self.bodies {
+            let volume = &mut lock(body).volume;
             volume.multiplier = volume.force();
         }
         most
     }
-}
-
-/// Returns true if a second thread has enough to do beside the one with the largest body.
-fn is_worth_sharing(level: &[RelaxedBody]) -> bool {
-    let (mut all, mut largest) = (0, 0);
-    for body in level {
-        (all, largest) = (all + body.u.len(), largest.max(body.u.len()));
-    }
-    all - largest >= MIN_SHARED_PARTICLES
 }
 
 /// Computes the level of each body: 0, or one more than the highest of the bodies before it that it has a
@@ -365,25 +353,28 @@ fn levels<'t>(
     levels
 }
 
-/// Sorts the bodies that have particles by their levels, displaced by `u`.
+/// Lists the bodies that have particles, displaced by `u`, with their levels.
 fn relaxed_bodies(
     particles: &[RelaxedParticle],
     u: &[DVec3],
     volumes: &[VolumeRow],
     levels: &[usize],
-) -> Vec<Vec<RelaxedBody>> {
-    let mut sorted = Vec::new();
+) -> (Vec<Mutex<RelaxedBody>>, Vec<usize>) {
+    let (mut bodies, mut own_levels) = (Vec::new(), Vec::new());
     let mut first = 0;
     for own in particles.chunk_by(|p, q| p.body == q.body) {
         let number = own[0].body;
-        while sorted.len() <= levels[number] {
-            sorted.push(Vec::new());
-        }
         let u = own.iter().map(|active| u[active.particle as usize]).collect();
-        sorted[levels[number]].push(RelaxedBody { first, u, volume: volumes[number] });
+        bodies.push(Mutex::new(RelaxedBody { first, u, volume: volumes[number] }));
+        own_levels.push(levels[number]);
         first += own.len();
     }
-    sorted
+    (bodies, own_levels)
+}
+
+/// Locks a body, which one thread at a time relaxes.
+fn lock(body: &Mutex<RelaxedBody>) -> MutexGuard<'_, RelaxedBody> {
+    body.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Occurrences of all active particles, one after the other (compressed sparse rows).
@@ -472,25 +463,24 @@ mod tests {
     fn side_by_side_is_as_one_body_after_the_other() {
         let at_rest = |count| vec![DVec3::ZERO; count as usize];
         let (problem, count) = six_bodies();
-        let mut relaxation = Relaxation::new(problem, &at_rest(count), 0.5);
-        assert!(relaxation.levels.iter().all(|level| is_worth_sharing(level)));
-        assert_eq!(relaxation.levels.iter().map(Vec::len).collect::<Vec<_>>(), [2, 2, 2]);
-        let mut in_order = Relaxation::new(six_bodies().0, &at_rest(count), 0.5);
-        for is_forward in [true, false, true, false] {
-            relaxation.sweep(is_forward);
-            relaxation.update_multipliers();
-
-            let mut levels = std::mem::take(&mut in_order.levels);
-            let mut bodies: Vec<&mut RelaxedBody> = levels.iter_mut().flatten().collect();
-            bodies.sort_by_key(|body| body.first);
-            if !is_forward {
-                bodies.reverse();
+        let shared = Relaxation::new(problem, &at_rest(count), 0.5);
+        assert!(shared.is_worth_sharing());
+        let run = |body: usize, is_forward: bool| shared.sweep_body(body, is_forward);
+        shared.turns.share(&run, || {
+            for _ in 0..4 {
+                shared.turns.sweep(&run);
+                shared.update_multipliers();
             }
-            bodies.into_iter().for_each(|body| in_order.sweep_body(body, is_forward));
-            in_order.levels = levels;
+        });
+
+        let in_order = Relaxation::new(six_bodies().0, &at_rest(count), 0.5);
+        for is_forward in [true, false, true, false] {
+            for number in 0..6 {
+                in_order.sweep_body(if is_forward { number } else { 5 - number }, is_forward);
+            }
             in_order.update_multipliers();
         }
-        let steps = relaxation.steps_from(&at_rest(count));
+        let steps = shared.steps_from(&at_rest(count));
         assert!(steps.iter().any(|step| step.x.abs() > 0.01));
         assert_eq!(steps, in_order.steps_from(&at_rest(count)));
     }

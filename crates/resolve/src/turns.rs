@@ -1,0 +1,207 @@
+//! Turns of bodies in sweeps over all of them, taken by whichever thread comes first.
+//!
+//! A sweep is short, and to begin a loop on other threads takes long: here one begins before the first sweep and
+//! ends after the last. Turns are taken in order, and each waits until those that it depends on are
+//! finished, so that results are those of one thread. A thread that comes late, or never, is not waited for.
+
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+use surface::parallel;
+
+/// Times that a thread looks whether another is done before it lets others run.
+const LOOKS: u32 = 64;
+
+/// Turns of all bodies: in the order of their levels in the first sweep, backward in the second, and so on.
+#[derive(Debug)]
+pub(crate) struct Turns {
+    /// Forward, and backward.
+    orders: [Vec<Turn>; 2],
+    /// Number of bodies of the widest level.
+    widest: usize,
+    /// Number of the first turn that is not taken, over all sweeps.
+    next: AtomicUsize,
+    /// Number of turns that may be taken by now.
+    released: AtomicUsize,
+    finished: AtomicUsize,
+    is_over: AtomicBool,
+}
+
+/// Turn of one body in a sweep.
+#[derive(Clone, Copy, Debug)]
+struct Turn {
+    body: usize,
+    /// Number of turns of the sweep that are to be finished before: those of other levels.
+    after: usize,
+}
+
+impl Turns {
+    /// Orders bodies by their levels. Those of one level have nothing in common.
+    pub(crate) fn new(levels: &[usize]) -> Self {
+        let mut forward: Vec<usize> = (0..levels.len()).collect();
+        forward.sort_by_key(|body| levels[*body]);
+        let backward = forward.iter().rev().copied().collect();
+        let orders = [forward, backward].map(|order: Vec<usize>| {
+            let mut turns = Vec::with_capacity(order.len());
+            for level in order.chunk_by(|p, q| levels[*p] == levels[*q]) {
+                let after = turns.len();
+                turns.extend(level.iter().map(|&body| Turn { body, after }));
+            }
+            turns
+        });
+        let widest = orders[0].chunk_by(|p, q| p.after == q.after).map(<[Turn]>::len).max();
+        Self {
+            orders,
+            widest: widest.unwrap_or(0),
+            next: AtomicUsize::new(0),
+            released: AtomicUsize::new(0),
+            finished: AtomicUsize::new(0),
+            is_over: AtomicBool::new(false),
+        }
+    }
+
+    /// Calls `lead`, which [sweeps](Self::sweep), while other threads take turns as well: `run` is given a body,
+    /// and true in a forward sweep.
+    pub(crate) fn share(&self, run: &(impl Fn(usize, bool) + Sync), lead: impl Fn() + Sync) {
+        /// Ends all turns, also when `lead` panics.
+        struct End<'a>(&'a AtomicBool);
+
+        impl Drop for End<'_> {
+            fn drop(&mut self) {
+                self.0.store(true, Ordering::Release);
+            }
+        }
+
+        let threads = parallel::threads().min(self.widest).max(1);
+        parallel::map(threads, |thread| {
+            if thread == 0 {
+                let _end = End(&self.is_over);
+                lead();
+            } else {
+                self.help(run);
+            }
+        });
+    }
+
+    /// Takes the turn of each body once; returns when all are finished.
+    pub(crate) fn sweep(&self, run: &impl Fn(usize, bool)) {
+        let all = self.released.load(Ordering::Relaxed) + self.orders[0].len();
+        self.released.store(all, Ordering::Release);
+        while self.take(run) {}
+        wait(|| self.finished.load(Ordering::Acquire) >= all);
+    }
+
+    /// Takes turns until all sweeps are over.
+    fn help(&self, run: &impl Fn(usize, bool)) {
+        let is_over = || self.is_over.load(Ordering::Acquire);
+        while !is_over() {
+            if !self.take(run) {
+                let is_released =
+                    || self.next.load(Ordering::Relaxed) < self.released.load(Ordering::Acquire);
+                wait(|| is_over() || is_released());
+            }
+        }
+    }
+
+    /// Takes the next turn, unless another thread does; returns false where there is none by now.
+    fn take(&self, run: &impl Fn(usize, bool)) -> bool {
+        /// Counts a turn as finished, also when it panics.
+        struct Finish<'a>(&'a AtomicUsize);
+
+        impl Drop for Finish<'_> {
+            fn drop(&mut self) {
+                self.0.fetch_add(1, Ordering::Release);
+            }
+        }
+
+        let number = self.next.load(Ordering::Relaxed);
+        if number >= self.released.load(Ordering::Acquire) {
+            return false;
+        }
+        let relaxed = Ordering::Relaxed;
+        if self.next.compare_exchange(number, number + 1, relaxed, relaxed).is_err() {
+            return true;
+        }
+
+        // Whoever has taken a turn before this one is at it, and does not wait for this thread.
+        let _finish = Finish(&self.finished);
+        let (sweep, place) = (number / self.orders[0].len(), number % self.orders[0].len());
+        let Turn { body, after } = self.orders[sweep % 2][place];
+        let before = number - place + after;
+        wait(|| self.finished.load(Ordering::Acquire) >= before);
+        run(body, sweep % 2 == 0);
+        true
+    }
+}
+
+/// Waits for what another thread is about to do.
+fn wait(is_done: impl Fn() -> bool) {
+    let mut looks = 0;
+    while !is_done() {
+        looks += 1;
+        if looks % LOOKS == 0 {
+            std::thread::yield_now();
+        } else {
+            std::hint::spin_loop();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Mutex;
+
+    use super::*;
+
+    /// Levels of seven bodies; the widest has three.
+    const LEVELS: [usize; 7] = [0, 1, 0, 2, 1, 1, 2];
+
+    #[test]
+    fn each_turn_waits_for_those_of_other_levels() {
+        let turns = Turns::new(&LEVELS);
+        assert_eq!(turns.widest, 3);
+        let (started, ended) = (Mutex::new(Vec::new()), Mutex::new(Vec::new()));
+        let run = |body: usize, is_forward: bool| {
+            // What has ended when a turn begins.
+            let before = ended.lock().unwrap().len();
+            started.lock().unwrap().push((body, is_forward, before));
+            std::thread::yield_now();
+            ended.lock().unwrap().push(body);
+        };
+        let sweeps = 400;
+        turns.share(&run, || {
+            for sweep in 1..=sweeps {
+                turns.sweep(&run);
+                // A sweep ends once all its turns have.
+                assert_eq!(ended.lock().unwrap().len(), sweep * LEVELS.len());
+            }
+        });
+
+        let (started, ended) = (started.into_inner().unwrap(), ended.into_inner().unwrap());
+        for (number, own) in started.chunks(LEVELS.len()).enumerate() {
+            let mut bodies: Vec<usize> = own.iter().map(|(body, ..)| *body).collect();
+            bodies.sort_unstable();
+            assert_eq!(bodies, [0, 1, 2, 3, 4, 5, 6]);
+            for &(body, is_forward, before) in own {
+                assert_eq!(is_forward, number % 2 == 0);
+                let done = &ended[number * LEVELS.len()..before];
+                let is_before = |other: usize| {
+                    let (own, other) = (LEVELS[body], LEVELS[other]);
+                    if is_forward { other < own } else { other > own }
+                };
+                for other in (0..LEVELS.len()).filter(|other| is_before(*other)) {
+                    assert!(done.contains(&other), "{other} before {body} in sweep {number}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn sweeps_without_help_run_all() {
+        let turns = Turns::new(&LEVELS);
+        let order = Mutex::new(Vec::new());
+        let run = |body: usize, _: bool| order.lock().unwrap().push(body);
+        turns.sweep(&run);
+        turns.sweep(&run);
+        assert_eq!(order.into_inner().unwrap(), [0, 2, 1, 4, 5, 3, 6, 6, 3, 5, 4, 1, 2, 0]);
+    }
+}
