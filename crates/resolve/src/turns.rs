@@ -2,7 +2,8 @@
 //!
 //! A sweep is short, and to begin a loop on other threads takes long: here one begins before the first sweep and
 //! ends after the last. Turns are taken in order, and each waits until those that it depends on are
-//! finished, so that results are those of one thread. A thread that comes late, or never, is not waited for.
+//! finished, so that results are those of one thread. A thread that comes late, or never, is not waited for, and
+//! one that finds nothing to do for long leaves.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
@@ -10,6 +11,10 @@ use surface::parallel;
 
 /// Times that a thread looks whether another is done before it lets others run.
 const LOOKS: u32 = 64;
+
+/// Times that a thread looks for turns before it leaves them to the others, a millisecond or two: where it has
+/// to share its core with the one that leads, it keeps it up no longer.
+const PATIENCE: u32 = 65_536;
 
 /// Turns of all bodies: in the order of their levels in the first sweep, backward in the second, and so on.
 #[derive(Debug)]
@@ -90,15 +95,13 @@ impl Turns {
         wait(|| self.finished.load(Ordering::Acquire) >= all);
     }
 
-    /// Takes turns until all sweeps are over.
+    /// Takes turns until all sweeps are over, or none comes for long.
     fn help(&self, run: &impl Fn(usize, bool)) {
         let is_over = || self.is_over.load(Ordering::Acquire);
-        while !is_over() {
-            if !self.take(run) {
-                let is_released =
-                    || self.next.load(Ordering::Relaxed) < self.released.load(Ordering::Acquire);
-                wait(|| is_over() || is_released());
-            }
+        let is_released =
+            || self.next.load(Ordering::Relaxed) < self.released.load(Ordering::Acquire);
+        while !is_over() && wait_for(PATIENCE, || is_over() || is_released()) {
+            while self.take(run) {}
         }
     }
 
@@ -133,22 +136,30 @@ impl Turns {
     }
 }
 
-/// Waits for what another thread is about to do.
+/// Waits for what another thread is at.
 fn wait(is_done: impl Fn() -> bool) {
-    let mut looks = 0;
-    while !is_done() {
-        looks += 1;
-        if looks % LOOKS == 0 {
+    while !wait_for(PATIENCE, &is_done) {}
+}
+
+/// Waits for what another thread may do, for a number of looks; returns true once it is done.
+fn wait_for(looks: u32, is_done: impl Fn() -> bool) -> bool {
+    for look in 1..=looks {
+        if is_done() {
+            return true;
+        }
+        if look % LOOKS == 0 {
             std::thread::yield_now();
         } else {
             std::hint::spin_loop();
         }
     }
+    false
 }
 
 #[cfg(test)]
 mod tests {
     use std::sync::Mutex;
+    use std::time::Duration;
 
     use super::*;
 
@@ -164,10 +175,11 @@ mod tests {
             // What has ended when a turn begins.
             let before = ended.lock().unwrap().len();
             started.lock().unwrap().push((body, is_forward, before));
-            std::thread::yield_now();
+            // Long enough for others to come.
+            std::thread::sleep(Duration::from_micros(100));
             ended.lock().unwrap().push(body);
         };
-        let sweeps = 400;
+        let sweeps = 100;
         turns.share(&run, || {
             for sweep in 1..=sweeps {
                 turns.sweep(&run);
