@@ -276,8 +276,8 @@ impl Relaxation {
         hessian += outer(active.area, body.volume.penalty);
         let rows = before.rows_end..active.rows_end;
         for occurrence in &self.in_rows[rows.clone()] {
-            let row = &self.rows[occurrence.number as usize];
             let number = occurrence.number as usize;
+            let row = &self.rows[number];
             let push = row.force(self.multipliers[number].get(), self.openings[number].get());
             if push > 0.0 {
                 force += push * occurrence.weight * row.normal;

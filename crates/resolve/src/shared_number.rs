@@ -1,8 +1,9 @@
-//! Numbers that change while several threads read others beside them.
+//! Numbers that one thread after the other changes, without a lock.
 
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
-/// Number that threads share, of which one at a time changes it.
+/// Number that one thread at a time reads or changes: those before have [finished](crate::turns) by then, which
+/// orders their changes.
 #[derive(Default)]
 pub(crate) struct SharedNumber(AtomicU64);
 

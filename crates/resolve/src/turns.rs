@@ -1,20 +1,24 @@
-//! Turns of bodies in sweeps over all of them, taken by whichever thread comes first.
+//! Turns of bodies in Gauss–Seidel sweeps over all of them, on several threads (level scheduling).
 //!
-//! A sweep is short, and to begin a loop on other threads takes long: here one begins before the first sweep and
-//! ends after the last. Turns are taken in order, and each waits until those that it depends on are
-//! finished, so that results are those of one thread. A thread that comes late, or never, is not waited for, and
-//! one that finds nothing to do for long leaves.
+//! A sweep is short, and a parallel loop takes long to begin: one begins before the first sweep and ends after
+//! the last. Threads take turns in order, and each turn waits until those of other levels are finished, so that
+//! results are those of one thread. A thread that comes late, or never, delays nothing, and a helper without a
+//! turn for long leaves.
+//!
+//! Source: E. Anderson and Y. Saad, "Solving sparse triangular linear systems on parallel computers",
+//! International Journal of High Speed Computing 1(1), 1989. Differs in levels of whole bodies, and in
+//! counters that are polled in place of barriers.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
 use surface::parallel;
 
-/// Times that a thread looks whether another is done before it lets others run.
-const LOOKS: u32 = 64;
+/// Polls of a counter between two yields of the core.
+const POLLS_PER_YIELD: u32 = 64;
 
-/// Times that a thread looks for turns before it leaves them to the others, a millisecond or two: where it has
-/// to share its core with the one that leads, it keeps it up no longer.
-const PATIENCE: u32 = 65_536;
+/// Polls for a turn after which a helper leaves: one or two milliseconds. Below, it leaves while the leader is
+/// between two sweeps; above, it takes longer from a leader with which it shares a core.
+const MAX_POLLS: u32 = 65_536;
 
 /// Turns of all bodies: in the order of their levels in the first sweep, backward in the second, and so on.
 #[derive(Debug)]
@@ -64,8 +68,8 @@ impl Turns {
         }
     }
 
-    /// Calls `lead`, which [sweeps](Self::sweep), while other threads take turns as well: `run` is given a body,
-    /// and true in a forward sweep.
+    /// Runs `lead`, which [sweeps](Self::sweep), while helpers on other threads take turns as well. `run` relaxes a
+    /// body, given its number and true in a forward sweep.
     pub(crate) fn share(&self, run: &(impl Fn(usize, bool) + Sync), lead: impl Fn() + Sync) {
         /// Ends all turns, also when `lead` panics.
         struct End<'a>(&'a AtomicBool);
@@ -95,12 +99,12 @@ impl Turns {
         wait(|| self.finished.load(Ordering::Acquire) >= all);
     }
 
-    /// Takes turns until all sweeps are over, or none comes for long.
+    /// Takes turns until all sweeps are over, or there has been none for [`MAX_POLLS`].
     fn help(&self, run: &impl Fn(usize, bool)) {
         let is_over = || self.is_over.load(Ordering::Acquire);
         let is_released =
             || self.next.load(Ordering::Relaxed) < self.released.load(Ordering::Acquire);
-        while !is_over() && wait_for(PATIENCE, || is_over() || is_released()) {
+        while !is_over() && poll(MAX_POLLS, || is_over() || is_released()) {
             while self.take(run) {}
         }
     }
@@ -125,7 +129,7 @@ impl Turns {
             return true;
         }
 
-        // Whoever has taken a turn before this one is at it, and does not wait for this thread.
+        // Turns before this one are taken by threads that run, and that do not wait for this one.
         let _finish = Finish(&self.finished);
         let (sweep, place) = (number / self.orders[0].len(), number % self.orders[0].len());
         let Turn { body, after } = self.orders[sweep % 2][place];
@@ -136,18 +140,18 @@ impl Turns {
     }
 }
 
-/// Waits for what another thread is at.
+/// Waits until another thread, which runs, has done something.
 fn wait(is_done: impl Fn() -> bool) {
-    while !wait_for(PATIENCE, &is_done) {}
+    while !poll(MAX_POLLS, &is_done) {}
 }
 
-/// Waits for what another thread may do, for a number of looks; returns true once it is done.
-fn wait_for(looks: u32, is_done: impl Fn() -> bool) -> bool {
-    for look in 1..=looks {
+/// Polls a condition, at most a number of times; returns true once it holds.
+fn poll(count: u32, is_done: impl Fn() -> bool) -> bool {
+    for number in 1..=count {
         if is_done() {
             return true;
         }
-        if look % LOOKS == 0 {
+        if number % POLLS_PER_YIELD == 0 {
             std::thread::yield_now();
         } else {
             std::hint::spin_loop();
