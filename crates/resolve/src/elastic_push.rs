@@ -28,10 +28,10 @@ const PUSH_SWEEPS: usize = 20;
 
 impl Run<'_> {
     /// Returns the number of elastic rounds: one for each step that the deepest vertex is inside,
-    /// and one in which tissue settles; after carried displacements, which are near their end, one.
+    /// and one in which tissue settles; after carried displacements, which are near their end, two.
     pub(crate) fn elastic_rounds(&self) -> usize {
         if self.is_warm {
-            return 2;
+            return 3;
         }
         let max_step = self.params.max_step();
         let depth = self.rounds.first().map_or(0.0, |start| start.max_depth);
