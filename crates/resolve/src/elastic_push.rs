@@ -22,9 +22,9 @@ use crate::run::{Run, clearance};
 use crate::spread::NEGLIGIBLE_SHARE;
 use crate::tissue::{Tissue, fitted_tree};
 
-/// Sweeps of the elastic solver in a round that pushes. Below, displacements are rough, and more
-/// rounds follow; above, rounds take longer.
-const PUSH_SWEEPS: usize = 20;
+/// Sweeps of the elastic solver in a step that others follow. Below, displacements are rough, and more
+/// steps are needed; above, steps take longer.
+pub(crate) const STEP_SWEEPS: usize = 20;
 
 impl Run<'_> {
     /// Returns the number of elastic rounds: one for each step that the deepest vertex is inside,
@@ -60,7 +60,7 @@ impl Run<'_> {
 
         let tolerance = SOLVED_SHARE * clearance(&self.params);
         let penalty = self.params.tuning.penalty;
-        let steps = problem.minimize(&displacements, PUSH_SWEEPS, tolerance, penalty);
+        let steps = problem.minimize(&displacements, STEP_SWEEPS, tolerance, penalty);
         self.take_elastic_steps(&steps, &displacements);
         self.clamp();
         Ok(())

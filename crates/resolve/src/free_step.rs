@@ -17,7 +17,7 @@ use crate::tissue::fitted_tree;
 
 /// Share of the way to a contact that is taken. Far below, steps are many; near 1, the directions in which gaps
 /// are opened next are those of points that nearly coincide.
-const FREE_SHARE: f64 = 0.7;
+const FREE_SHARE: f64 = 0.8;
 
 /// Sweeps of a step in which single particles are held back, after which whole bodies are.
 pub(crate) const MAX_HOLD_PASSES: usize = 8;

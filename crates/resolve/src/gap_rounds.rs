@@ -15,6 +15,7 @@ use surface::{parallel, triangle};
 
 use crate::damage::rounded_to_single;
 use crate::elastic::{ActiveParticle, Bond, ElasticProblem, GapRow, VolumeRow};
+use crate::elastic_push::STEP_SWEEPS;
 use crate::near_pairs::detection_cost;
 use crate::relaxation::SOLVED_SHARE;
 use crate::resolution::{BrokenLimit, GapRound, overlaps_in};
@@ -29,8 +30,8 @@ const GAP_PROGRESS: f64 = 0.9;
 /// Rounds that open the gap without [progress](GAP_PROGRESS), after which it is given up.
 const MAX_STALLED_GAP_ROUNDS: usize = 3;
 
-/// Largest number of sweeps of the elastic solver, in a round that opens the gap or settles tissue. Below,
-/// gaps need more rounds; above, rounds take longer.
+/// Largest number of sweeps of the elastic solver in a round that opens the gap. Below, gaps need more rounds;
+/// above, rounds take longer.
 const GAP_SWEEPS: usize = 60;
 
 /// Pair of bodies with its near features.
@@ -180,7 +181,7 @@ impl Run<'_> {
         crossing: &[PairId],
     ) -> Result<(), ResolveError> {
         let tolerance = SOLVED_SHARE * self.gap_slack();
-        let steps = problem.minimize(u, GAP_SWEEPS, tolerance, self.params.tuning.penalty);
+        let steps = problem.minimize(u, STEP_SWEEPS, tolerance, self.params.tuning.penalty);
         self.move_freely(&steps, crossing)?;
         Ok(())
     }

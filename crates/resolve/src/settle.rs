@@ -14,6 +14,9 @@ use crate::run::{Run, clearance};
 use crate::tissue::{Tissue, fitted_tree};
 use crate::{BrokenLimit, ResolveError};
 
+/// Steps without gain after which tissue has settled. Below, it stops where surfaces bend; above, it takes longer.
+const MAX_STALLED_STEPS: usize = 3;
+
 impl Run<'_> {
     /// Opens the gap from the state of a round in which tissue has settled; from the state as it is
     /// where that leads no farther, where something crosses, and after displacements were carried over.
@@ -37,11 +40,12 @@ impl Run<'_> {
     }
 
     /// Moves the most displaced body toward rest as long as the largest displacement falls. Tied ones
-    /// stay: back one by one, they would come apart. A step that gains less than the accuracy of the gap is the
-    /// last.
+    /// stay: back one by one, they would come apart. Ends after a few steps that gain less than the accuracy of the
+    /// gap: one of them may only have turned a corner.
     fn settle(&mut self) -> Result<(), ResolveError> {
         let target = clearance(&self.params) + self.gap_slack();
         let (mut number, mut displacement) = self.most_displaced();
+        let mut stalled = 0;
         for _ in 0..self.params.max_rounds {
             let id = self.tissues[number].id;
             if displacement <= self.longest_way || self.tied.iter().any(|pair| pair.contains(id)) {
@@ -52,9 +56,11 @@ impl Run<'_> {
             self.settle_body(body, target)?;
             (number, displacement) = self.most_displaced();
             if displacement > last {
-                self.move_tissue(body, &before)?;
+                return self.move_tissue(body, &before);
             }
-            if displacement > last - self.gap_slack() {
+            let gains = displacement < last - self.gap_slack();
+            stalled = if gains { 0 } else { stalled + 1 };
+            if stalled >= MAX_STALLED_STEPS {
                 break;
             }
         }
