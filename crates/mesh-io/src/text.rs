@@ -8,10 +8,14 @@ pub(crate) fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
     line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty())
 }
 
-/// Splits a file behind the mark of UTF-8 that some editors write before text.
+/// Splits a file behind the marks of UTF-8 that some editors write before text, even before one of another.
 pub(crate) fn split_mark(file: &[u8]) -> (&[u8], &[u8]) {
     const MARK: &[u8] = b"\xef\xbb\xbf";
-    file.split_at(if file.starts_with(MARK) { MARK.len() } else { 0 })
+    let mut end = 0;
+    while file[end..].starts_with(MARK) {
+        end += MARK.len();
+    }
+    file.split_at(end)
 }
 
 /// Line of a text file.

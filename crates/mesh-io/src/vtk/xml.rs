@@ -5,6 +5,8 @@ use std::ops::Range;
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 
+use crate::text::split_mark;
+
 /// XML element with its attributes, its own text and its child elements.
 #[derive(Debug, Default)]
 pub(crate) struct Element {
@@ -37,11 +39,15 @@ impl Element {
     /// Parses a document into an element without a name, whose children are the elements
     /// at the top. With `is_cut`, elements may stay open at the end.
     pub(crate) fn parse(xml: &[u8], is_cut: bool) -> Result<Self, XmlError> {
-        // The open elements, from the document inwards.
+        // The reader would pass over a mark of UTF-8 without counting it.
+        let (mark, xml) = split_mark(xml);
         let mut reader = Reader::from_reader(xml);
+        let place = |reader: &Reader<&[u8]>| mark.len() as u64 + reader.buffer_position();
+
+        // The open elements, from the document inwards.
         let mut open = vec![Self::default()];
         loop {
-            let at = reader.buffer_position();
+            let at = place(&reader);
             let event = match reader.read_event() {
                 Ok(event) => event,
                 Err(error) => return Err(XmlError::new(at, &error)),
@@ -49,7 +55,7 @@ impl Element {
             if matches!(event, Event::Eof) {
                 break;
             }
-            add(event, at..reader.buffer_position(), &mut open)?;
+            add(event, at..place(&reader), &mut open)?;
             if open.len() > MAX_DEPTH {
                 let problem = format!("elements nest more than {MAX_DEPTH} deep");
                 return Err(XmlError::new(at, &problem));
@@ -60,10 +66,10 @@ impl Element {
         if !is_cut && open.len() > 1 {
             let name = open.last().map_or("", |element| &element.name);
             let problem = format!("the file ends in <{name}>");
-            return Err(XmlError::new(reader.buffer_position(), &problem));
+            return Err(XmlError::new(place(&reader), &problem));
         }
         while open.len() > 1 {
-            close(&mut open, reader.buffer_position());
+            close(&mut open, place(&reader));
         }
         Ok(open.pop().unwrap_or_default())
     }

@@ -132,20 +132,22 @@ fn positions_beyond_the_range_of_the_files_numbers_are_refused() {
     }
 }
 
-/// Some editors write it before text, and it shifts every place in a file.
+/// Some editors write one before text, even before that of another, and it shifts every place in a file.
 #[test]
-fn a_mark_of_utf_8_is_no_content_and_stays() {
-    const MARK: &[u8] = b"\xef\xbb\xbf";
-    for (name, bytes) in meshes::files() {
-        let marked = [MARK, &bytes].concat();
+fn marks_of_utf_8_are_no_content_and_stay() {
+    let files = meshes::files();
+    for ((name, bytes), count) in files.iter().flat_map(|file| [1, 2, 3].map(|count| (file, count)))
+    {
+        let mark = b"\xef\xbb\xbf".repeat(count);
+        let marked = [&mark[..], bytes].concat();
         check_moved(name, &marked);
-        let [with, without] = [&marked, &bytes].map(|file| parse_mesh(file, extension(name)));
+        let [with, without] = [&marked, bytes].map(|file| parse_mesh(file, extension(name)));
         let (with, without) = (with.expect(name), without.expect(name));
         assert_eq!((&with.positions, &with.faces), (&without.positions, &without.faces), "{name}");
         let x = positions(&with);
         let [with, without] =
-            [&marked, &bytes].map(|file| replace_positions(file, extension(name), &x).expect(name));
-        assert!(with == [MARK, &without].concat(), "{name}: the mark stays");
+            [&marked, bytes].map(|file| replace_positions(file, extension(name), &x).expect(name));
+        assert!(with == [mark, without].concat(), "{name}: {count} marks stay");
     }
 }
 
