@@ -55,7 +55,7 @@ impl Run<'_> {
             let before = self.scene.body(id).positions().to_vec();
             self.settle_body(body, target)?;
             (number, displacement) = self.most_displaced();
-            if displacement > last {
+            if displacement > last || self.may_cross_when_written(body)? {
                 return self.move_tissue(body, &before);
             }
             let gains = displacement < last - self.gap_slack();
@@ -65,6 +65,19 @@ impl Run<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Returns true if a body is so near another one that rounding to the written precision may let them cross, and
+    /// no gap is opened after.
+    fn may_cross_when_written(&mut self, number: usize) -> Result<bool, ResolveError> {
+        let rounding = self.gap_slack();
+        if self.params.gap > 0.0 || rounding <= 0.0 {
+            return Ok(false);
+        }
+        let (mut near, mut moves) = (Vec::new(), vec![false; self.tissues.len()]);
+        moves[number] = true;
+        self.update_features(&mut near, &[], rounding, &moves)?;
+        Ok(near.iter().any(|pair| !pair.features.is_empty()))
     }
 
     /// Takes one step of a body toward rest, in which all others stay.
@@ -151,7 +164,7 @@ mod tests {
 
     use crate::run::{Run, clearance};
     use crate::test_scenes::bone_and_muscle;
-    use crate::{Conditions, ResolveParams};
+    use crate::{Conditions, ResolveParams, WrittenPrecision};
 
     /// Settles a muscle that is `longest_way` deep in a bone, which was taken `out` of it upward; returns
     /// its displacement.
@@ -196,6 +209,35 @@ mod tests {
         let tip = tip.translated(DVec3::new(0.4, 0.2, 9.0));
         let displacement = settled(bone, tip, 2.9, 10.0, false);
         assert!(displacement < 1.1 * 2.9, "{displacement}");
+    }
+
+    #[test]
+    fn nothing_settles_so_near_that_written_positions_cross() {
+        // A way that no step goes to its end, so that steps are held back over and over. Far from the origin,
+        // where single precision is coarse.
+        let far = DVec3::new(7000.0, -6500.0, 9000.0);
+        let bone = shapes::ellipsoid(DVec3::new(5.0, 5.0, 5.0), 3).translated(far);
+        let tip = shapes::ellipsoid(DVec3::new(3.0, 3.0, 8.0), 3);
+        let tip = tip.translated(far + DVec3::new(1.0, 0.5, 9.0));
+        let mut scene = bone_and_muscle(bone, tip);
+        let params = ResolveParams {
+            precision: WrittenPrecision::Single,
+            ..ResolveParams::with_smoothing(6.0)
+        };
+        let conditions = Conditions::default();
+        let run = Run::new(&mut scene, params, &conditions, &[], None, Progress::none());
+        let mut run = run.expect("a run");
+        run.longest_way = 1.0;
+        let out = |x: &DVec3| *x + 10.0 * DVec3::Z;
+        run.move_soft(|_, from| Some(from.iter().map(out).collect())).expect("positions");
+        run.settle().expect("a state");
+        let (number, displacement) = run.most_displaced();
+        assert!(displacement < 9.0, "{displacement}");
+        assert!(!run.may_cross_when_written(number).expect("features"));
+        run.params.precision = WrittenPrecision::Double;
+        run.settle().expect("a state");
+        run.params.precision = WrittenPrecision::Single;
+        assert!(run.may_cross_when_written(number).expect("features"), "settles nearer otherwise");
     }
 
     #[test]
