@@ -17,20 +17,17 @@ use surface::{Contact, parallel};
 use crate::ResolveError;
 use crate::elastic::{ElasticProblem, GapRow};
 use crate::gap_rounds::PairFeatures;
-use crate::relaxation::SOLVED_SHARE;
+use crate::relaxation::{SOLVED_SHARE, STEP_SWEEPS};
 use crate::run::{Run, clearance};
 use crate::spread::NEGLIGIBLE_SHARE;
 use crate::tissue::{Tissue, fitted_tree};
-
-/// Sweeps of the elastic solver in a step that others follow. Below, displacements are rough, and more
-/// steps are needed; above, steps take longer.
-pub(crate) const STEP_SWEEPS: usize = 20;
 
 impl Run<'_> {
     /// Returns the number of elastic rounds: one for each step that the deepest vertex is inside,
     /// and one in which tissue settles; after carried displacements, which are near their end, two.
     pub(crate) fn elastic_rounds(&self) -> usize {
         if self.is_warm {
+            // Carrying them counts as one.
             return 3;
         }
         let max_step = self.params.max_step();

@@ -279,7 +279,7 @@ mod tests {
         let run = Run::new(&mut scene, params, &conditions, &[], None, Progress::none());
         let mut run = run.expect("a run");
 
-        // The tip meets several faces and edges of the plate after two thirds of the step; what is far from it meets nothing.
+        // The tip meets several faces and edges after two thirds of the step; what is far from it meets nothing.
         let first = run.scene.bodies()[1].particles().start as usize;
         let mut displacements = vec![DVec3::ZERO; run.inverse_masses.len()];
         displacements[first..].fill(-1.5 * DVec3::Z);

@@ -15,9 +15,8 @@ use surface::{parallel, triangle};
 
 use crate::damage::rounded_to_single;
 use crate::elastic::{ActiveParticle, Bond, ElasticProblem, GapRow, VolumeRow};
-use crate::elastic_push::STEP_SWEEPS;
 use crate::near_pairs::detection_cost;
-use crate::relaxation::SOLVED_SHARE;
+use crate::relaxation::{SOLVED_SHARE, STEP_SWEEPS};
 use crate::resolution::{BrokenLimit, GapRound, overlaps_in};
 use crate::run::{Run, TOUCHING, detection_margin, largest_coordinate};
 use crate::tissue::{Tissue, fitted_tree};

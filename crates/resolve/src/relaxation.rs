@@ -16,6 +16,10 @@ use crate::turns::Turns;
 /// where all that is computed from it is rounded.
 pub(crate) const SOLVED_SHARE: f64 = 0.25;
 
+/// Sweeps of the elastic solver in a step that others follow. Below, displacements are rough, and more
+/// steps are needed; above, steps take longer.
+pub(crate) const STEP_SWEEPS: usize = 20;
+
 /// Smallest number of sweeps, in which displacements spread over that many edges.
 const MIN_SWEEPS: usize = 8;
 
