@@ -20,7 +20,7 @@ use crate::gap_rounds::PairFeatures;
 use crate::relaxation::{SOLVED_SHARE, STEP_SWEEPS};
 use crate::run::{Run, clearance};
 use crate::spread::NEGLIGIBLE_SHARE;
-use crate::tissue::{Tissue, fitted_tree};
+use crate::tissue::fitted_tree;
 
 impl Run<'_> {
     /// Returns the number of elastic rounds: one for each step that the deepest vertex is inside,
@@ -227,31 +227,6 @@ fn add_openings(rows: &mut [GapRow], displacements: &[DVec3]) {
     }
 }
 
-impl Tissue {
-    /// Finds the vertices around `seeds` and all that are displaced, ascending.
-    pub(crate) fn active_vertices(
-        &mut self,
-        mut seeds: Vec<u32>,
-        displacements: &[DVec3],
-        tree: &proximity::SurfaceTree,
-        length: f64,
-        progress: surface::progress::Progress<'_>,
-    ) -> Result<Vec<u32>, Interrupted> {
-        seeds.sort_unstable();
-        seeds.dedup();
-        let mut active = self.vertices_around(&seeds, tree, length, progress)?;
-        active.extend(seeds);
-        for (vertex, displacement) in (0..).zip(displacements) {
-            if *displacement != DVec3::ZERO {
-                active.push(vertex);
-            }
-        }
-        active.sort_unstable();
-        active.dedup();
-        Ok(active)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use fixtures::Mesh;
@@ -259,6 +234,7 @@ mod tests {
     use surface::progress::Progress;
 
     use super::*;
+    use crate::tissue::Tissue;
     use crate::{Conditions, ResolveParams};
 
     /// Builds two soft wedges whose ridges cross at right angles, no vertex inside.

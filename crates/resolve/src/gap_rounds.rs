@@ -14,7 +14,7 @@ use surface::progress::{Interrupted, Progress};
 use surface::{parallel, triangle};
 
 use crate::damage::rounded_to_single;
-use crate::elastic::{ActiveParticle, Bond, ElasticProblem, GapRow, VolumeRow};
+use crate::elastic::{ElasticProblem, GapRow};
 use crate::near_pairs::detection_cost;
 use crate::relaxation::{SOLVED_SHARE, STEP_SWEEPS};
 use crate::resolution::{BrokenLimit, GapRound, overlaps_in};
@@ -381,47 +381,6 @@ impl Tissue {
             active.sort_unstable();
         }
         Ok((self.elastic_part(body, &active, length), change))
-    }
-
-    /// Makes the part of a problem that is of the body: its active vertices, with all that holds them.
-    pub(crate) fn elastic_part(&self, body: &Body, active: &[u32], length: f64) -> ElasticProblem {
-        let mut problem =
-            ElasticProblem { volumes: vec![VolumeRow::default()], ..Default::default() };
-        if active.is_empty() {
-            return problem;
-        }
-        let (x, first) = (body.positions(), body.particles().start);
-        let mass_per_area = self.mass_per_area();
-        for &vertex in active {
-            if !self.is_free(vertex) {
-                continue;
-            }
-            let mass = mass_per_area * self.area(vertex);
-            let mut particle = ActiveParticle {
-                particle: first + vertex,
-                foundation: mass / (length * length),
-                area: self.volume_gradient(vertex, x),
-                body: 0,
-                links: Vec::new(),
-            };
-            for link in self.links(vertex) {
-                let mean = 0.5 * (mass + mass_per_area * self.area(link.neighbor));
-                particle.links.push((first + link.neighbor, mean * link.stiffness));
-            }
-            problem.particles.push(particle);
-            if let Some(strut) = self.strut(vertex) {
-                let mut terms = vec![(first + vertex, 1.0)];
-                for (corner, weight) in strut.corners.into_iter().zip(strut.weights) {
-                    terms.push((first + corner, -weight));
-                }
-                problem.bonds.push(Bond { terms, stiffness: mass * strut.stiffness });
-            }
-        }
-
-        if let Some(volume) = self.volume {
-            problem.volumes[0] = VolumeRow::new(volume - self.volume_at(x));
-        }
-        problem
     }
 }
 

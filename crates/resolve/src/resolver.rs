@@ -8,6 +8,10 @@ use crate::run::Run;
 use crate::warm_start::{LocalDisplacements, fits};
 use crate::{Conditions, GapObstacle, Obstacle, Resolution, ResolveError, ResolveParams};
 
+/// Factor on the smoothing length of a second start, where the first was the same but for it. Near 1, both lead
+/// to the same end; above, more tissue moves than was asked for.
+const LONGER: f64 = 1.5;
+
 /// Pushes apart the bodies of a scene that overlap.
 ///
 /// Rigid bodies do not move. Soft ones yield, and share their overlaps with each other by
@@ -80,6 +84,7 @@ impl Resolver {
     /// The scene's positions are those without any push. Displacements of the last state are
     /// added first, unless the scene has other bodies now or is worse off with them. Where they lead to no
     /// end, the state is pushed apart by itself, with displacements that fade over its deepest overlap at least.
+    /// Where it was by itself, it is once more, with displacements that fade over half as much again.
     ///
     /// # Errors
     ///
@@ -99,15 +104,15 @@ impl Resolver {
         }
         let rest = soft_positions(scene);
         let resolution = self.attempt(self.params, scene, &carried, &[], None, progress)?;
-        if carried.is_empty() || !may_be_better(&resolution) {
+        if !may_be_better(&resolution) {
             return self.hold_broken(scene, resolution, &rest, progress);
         }
 
-        // Displacements of the last state may lead where no way goes on: then the state by itself
-        // is tried, with pushes as long as it needs, and the first end taken where that is no better.
+        // Displacements of the last state may lead where no way goes on, and so may short pushes: then the
+        // state by itself is tried, with longer ones, and the first end taken where that is no better.
         let (first_carried, first_end) = (std::mem::take(&mut self.carried), soft_positions(scene));
         move_soft_bodies(scene, &rest)?;
-        let params = self.params_of_depth(&resolution.before);
+        let params = self.longer_pushes(&resolution.before, carried.is_empty());
         let before = (params == self.params).then_some(&resolution.before[..]);
         let alone = self.attempt(params, scene, &[], &[], before, progress)?;
         if alone.resolved {
@@ -118,11 +123,17 @@ impl Resolver {
         self.hold_broken(scene, resolution, &rest, progress)
     }
 
-    /// Returns the parameters with pushes that fade over no less than the depth of the deepest vertex: those
-    /// that an earlier state was given for may be shorter, and turn faces over.
-    fn params_of_depth(&self, before: &[PairReport]) -> ResolveParams {
-        let depths = before.iter().map(|report| report.max_vertex_depth);
-        let smoothing = depths.fold(self.params.smoothing, f64::max);
+    /// Returns the parameters for a second start, with longer pushes: where the first start was `alone`, than asked
+    /// for by a little; else over no less than the depth of the deepest vertex, since those that an earlier state was
+    /// given for may be shorter, and turn faces over.
+    fn longer_pushes(&self, before: &[PairReport], alone: bool) -> ResolveParams {
+        let mut smoothing = self.params.smoothing;
+        if alone {
+            smoothing *= LONGER;
+        } else {
+            let depths = before.iter().map(|report| report.max_vertex_depth);
+            smoothing = depths.fold(smoothing, f64::max);
+        }
         ResolveParams { smoothing, ..self.params }
     }
 

@@ -1,13 +1,13 @@
-//! Turns of bodies in Gauss–Seidel sweeps over all of them, on several threads (level scheduling).
+//! Turns of parts in Gauss–Seidel sweeps over all of them, on several threads (multicoloring).
 //!
 //! A sweep is short, and a parallel loop takes long to begin: one begins before the first sweep and ends after
-//! the last. Threads take turns in order, and each turn waits until those of other levels are finished, so that
+//! the last. Threads take turns in order, and each turn waits until those of other colors before it are finished, so that
 //! results are those of one thread. A thread that comes late, or never, delays nothing, and a helper without a
 //! turn for long leaves.
 //!
-//! Source: E. Anderson and Y. Saad, "Solving sparse triangular linear systems on parallel computers",
-//! International Journal of High Speed Computing 1(1), 1989. Differs in levels of whole bodies, and in
-//! counters that are polled in place of barriers.
+//! Source: Y. Saad, "Iterative Methods for Sparse Linear Systems", 2nd edition, SIAM, 2003, section 12.4, for
+//! sweeps by colors. Differs in coloring parts of many particles, which keep their order, and in counters that are
+//! polled in place of barriers.
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
@@ -20,12 +20,12 @@ const POLLS_PER_YIELD: u32 = 64;
 /// between two sweeps; above, it takes longer from a leader with which it shares a core.
 const MAX_POLLS: u32 = 65_536;
 
-/// Turns of all bodies: in the order of their levels in the first sweep, backward in the second, and so on.
+/// Turns of all parts: in the order of their colors in the first sweep, backward in the second, and so on.
 #[derive(Debug)]
 pub(crate) struct Turns {
     /// Forward, and backward.
     orders: [Vec<Turn>; 2],
-    /// Number of bodies of the widest level.
+    /// Number of parts of the most frequent color.
     widest: usize,
     /// Number of the first turn that is not taken, over all sweeps.
     next: AtomicUsize,
@@ -35,25 +35,25 @@ pub(crate) struct Turns {
     is_over: AtomicBool,
 }
 
-/// Turn of one body in a sweep.
+/// Turn of one part in a sweep.
 #[derive(Clone, Copy, Debug)]
 struct Turn {
-    body: usize,
-    /// Number of turns of the sweep that are to be finished before: those of other levels.
+    part: usize,
+    /// Number of turns of the sweep that are to be finished before: those of other colors.
     after: usize,
 }
 
 impl Turns {
-    /// Orders bodies by their levels. Those of one level have nothing in common.
-    pub(crate) fn new(levels: &[usize]) -> Self {
-        let mut forward: Vec<usize> = (0..levels.len()).collect();
-        forward.sort_by_key(|body| levels[*body]);
+    /// Orders parts by their colors. Those of one color have nothing in common.
+    pub(crate) fn new(colors: &[usize]) -> Self {
+        let mut forward: Vec<usize> = (0..colors.len()).collect();
+        forward.sort_by_key(|part| colors[*part]);
         let backward = forward.iter().rev().copied().collect();
         let orders = [forward, backward].map(|order: Vec<usize>| {
             let mut turns = Vec::with_capacity(order.len());
-            for level in order.chunk_by(|p, q| levels[*p] == levels[*q]) {
+            for alike in order.chunk_by(|p, q| colors[*p] == colors[*q]) {
                 let after = turns.len();
-                turns.extend(level.iter().map(|&body| Turn { body, after }));
+                turns.extend(alike.iter().map(|&part| Turn { part, after }));
             }
             turns
         });
@@ -69,7 +69,7 @@ impl Turns {
     }
 
     /// Runs `lead`, which [sweeps](Self::sweep), while helpers on other threads take turns as well. `run` relaxes a
-    /// body, given its number and true in a forward sweep.
+    /// part, given its number and true in a forward sweep.
     pub(crate) fn share(&self, run: &(impl Fn(usize, bool) + Sync), lead: impl Fn() + Sync) {
         /// Ends all turns, also when `lead` panics.
         struct End<'a>(&'a AtomicBool);
@@ -91,7 +91,7 @@ impl Turns {
         });
     }
 
-    /// Takes the turn of each body once; returns when all are finished.
+    /// Takes the turn of each part once; returns when all are finished.
     pub(crate) fn sweep(&self, run: &impl Fn(usize, bool)) {
         let all = self.released.load(Ordering::Relaxed) + self.orders[0].len();
         self.released.store(all, Ordering::Release);
@@ -132,10 +132,10 @@ impl Turns {
         // Turns before this one are taken by threads that run, and that do not wait for this one.
         let _finish = Finish(&self.finished);
         let (sweep, place) = (number / self.orders[0].len(), number % self.orders[0].len());
-        let Turn { body, after } = self.orders[sweep % 2][place];
+        let Turn { part, after } = self.orders[sweep % 2][place];
         let before = number - place + after;
         wait(|| self.finished.load(Ordering::Acquire) >= before);
-        run(body, sweep % 2 == 0);
+        run(part, sweep % 2 == 0);
         true
     }
 }
@@ -167,45 +167,45 @@ mod tests {
 
     use super::*;
 
-    /// Levels of seven bodies; the widest has three.
-    const LEVELS: [usize; 7] = [0, 1, 0, 2, 1, 1, 2];
+    /// Colors of seven parts; the most frequent one has three.
+    const COLORS: [usize; 7] = [0, 1, 0, 2, 1, 1, 2];
 
     #[test]
-    fn each_turn_waits_for_those_of_other_levels() {
-        let turns = Turns::new(&LEVELS);
+    fn each_turn_waits_for_those_of_other_colors() {
+        let turns = Turns::new(&COLORS);
         assert_eq!(turns.widest, 3);
         let (started, ended) = (Mutex::new(Vec::new()), Mutex::new(Vec::new()));
-        let run = |body: usize, is_forward: bool| {
+        let run = |part: usize, is_forward: bool| {
             // What has ended when a turn begins.
             let before = ended.lock().unwrap().len();
-            started.lock().unwrap().push((body, is_forward, before));
+            started.lock().unwrap().push((part, is_forward, before));
             // Long enough for others to come.
             std::thread::sleep(Duration::from_micros(100));
-            ended.lock().unwrap().push(body);
+            ended.lock().unwrap().push(part);
         };
         let sweeps = 100;
         turns.share(&run, || {
             for sweep in 1..=sweeps {
                 turns.sweep(&run);
                 // A sweep ends once all its turns have.
-                assert_eq!(ended.lock().unwrap().len(), sweep * LEVELS.len());
+                assert_eq!(ended.lock().unwrap().len(), sweep * COLORS.len());
             }
         });
 
         let (started, ended) = (started.into_inner().unwrap(), ended.into_inner().unwrap());
-        for (number, own) in started.chunks(LEVELS.len()).enumerate() {
-            let mut bodies: Vec<usize> = own.iter().map(|(body, ..)| *body).collect();
-            bodies.sort_unstable();
-            assert_eq!(bodies, [0, 1, 2, 3, 4, 5, 6]);
-            for &(body, is_forward, before) in own {
+        for (number, own) in started.chunks(COLORS.len()).enumerate() {
+            let mut parts: Vec<usize> = own.iter().map(|(part, ..)| *part).collect();
+            parts.sort_unstable();
+            assert_eq!(parts, [0, 1, 2, 3, 4, 5, 6]);
+            for &(part, is_forward, before) in own {
                 assert_eq!(is_forward, number % 2 == 0);
-                let done = &ended[number * LEVELS.len()..before];
+                let done = &ended[number * COLORS.len()..before];
                 let is_before = |other: usize| {
-                    let (own, other) = (LEVELS[body], LEVELS[other]);
+                    let (own, other) = (COLORS[part], COLORS[other]);
                     if is_forward { other < own } else { other > own }
                 };
-                for other in (0..LEVELS.len()).filter(|other| is_before(*other)) {
-                    assert!(done.contains(&other), "{other} before {body} in sweep {number}");
+                for other in (0..COLORS.len()).filter(|other| is_before(*other)) {
+                    assert!(done.contains(&other), "{other} before {part} in sweep {number}");
                 }
             }
         }
@@ -213,9 +213,9 @@ mod tests {
 
     #[test]
     fn sweeps_without_help_run_all() {
-        let turns = Turns::new(&LEVELS);
+        let turns = Turns::new(&COLORS);
         let order = Mutex::new(Vec::new());
-        let run = |body: usize, _: bool| order.lock().unwrap().push(body);
+        let run = |part: usize, _: bool| order.lock().unwrap().push(part);
         turns.sweep(&run);
         turns.sweep(&run);
         assert_eq!(order.into_inner().unwrap(), [0, 2, 1, 4, 5, 3, 6, 6, 3, 5, 4, 1, 2, 0]);

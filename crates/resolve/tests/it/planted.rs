@@ -210,6 +210,18 @@ fn a_deep_state_after_a_shallow_one_is_pushed_as_far_as_it_is_deep() {
 }
 
 #[test]
+fn where_one_start_leads_to_no_end_another_one_pushes_a_little_longer() {
+    // As above, with pushes that are just too short: by 0.5, half as much again is too short as well.
+    let bone = shapes::ellipsoid(DVec3::new(4.0, 14.0, 14.0), 3);
+    let muscle = shapes::icosphere(10.0, 3).translated(DVec3::X * 8.0);
+    let (mut scene, _) = bone_and_muscle(bone, muscle);
+    let params = ResolveParams::with_smoothing(0.6);
+    let resolution = resolve::resolve(&mut scene, &params, Progress::none()).expect("an end");
+    assert!(resolution.resolved, "{:?}", resolution.remaining);
+    assert_sound(&mut scene, &resolution);
+}
+
+#[test]
 fn displacements_of_bodies_with_other_vertices_are_not_carried_over() {
     let spheres = |level: u32| {
         let muscle = shapes::icosphere(10.0, level).translated(DVec3::X * 18.0);
