@@ -192,4 +192,25 @@ mod tests {
         assert!((d[0].z + 0.3).abs() < 1e-6 && gained.abs() < 1e-4, "{d:?}");
         assert!((d[1].z - 0.1).abs() < 1e-4, "{d:?}");
     }
+
+    #[test]
+    fn parts_of_a_body_gain_its_volume_together() {
+        // A chain of many parts with hardly any foundation: each would gain all by itself.
+        let count = 9000;
+        let mut problem =
+            ElasticProblem { missing_volumes: vec![1.0], ..ElasticProblem::default() };
+        for particle in 0..count {
+            let mut active = ActiveParticle { particle, foundation: 1e-3, ..Default::default() };
+            active.area = DVec3::Z;
+            for next in [particle.wrapping_sub(1), particle + 1] {
+                if next < count {
+                    active.links.push((next, 1.0));
+                }
+            }
+            problem.particles.push(active);
+        }
+        let steps = problem.minimize(&vec![DVec3::ZERO; count as usize], 20, 0.0, 0.5);
+        let gained: f64 = steps.iter().map(|step| step.z).sum();
+        assert!((gained - 1.0).abs() < 0.01, "{gained}");
+    }
 }

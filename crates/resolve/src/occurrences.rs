@@ -1,4 +1,4 @@
-//! Where each active particle occurs in the rows and the bonds of a problem.
+//! Lists of where each active particle occurs in the rows and the bonds of a problem.
 
 /// Occurrence of a particle in a row or a bond.
 #[derive(Clone, Copy, Debug, Default)]
