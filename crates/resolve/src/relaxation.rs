@@ -2,7 +2,8 @@
 //!
 //! Bodies are cut into [parts](super::parts), and parts without a link, a row or a bond in common have one color.
 //! Those of one color are relaxed side by side, color by color forward or backward ([`super::turns`]): to the bit as one part
-//! after the other. What a part gains of its body's volume, others have only in the next sweep.
+//! after the other. What a part gains of its body's volume is known to those of later colors, and to others of its own
+//! color in the next sweep.
 
 use std::ops::Range;
 
@@ -321,18 +322,19 @@ impl Relaxation {
         let mut stiffness = DMat3::from_diagonal(DVec3::splat(active.diagonal));
         stiffness += outer(active.area, volume.penalty);
         let in_rows = &self.in_rows[before.rows_end..active.rows_end];
-        let (pushed, hessian) = self.add_rows(in_rows, DVec3::ZERO, force, stiffness);
+        let (pushed, hessian) = self.add_rows(in_rows, force, stiffness);
         let mut step = hessian.inverse() * pushed;
 
         // Where many rows come into force on the way, they would throw the particle back and forth: as far as the
         // energy falls, by Newton's method along the step, no farther back than by its secant.
-        if !in_rows.is_empty() {
-            let (ahead, hessian) =
-                self.add_rows(in_rows, step, force - stiffness * step, stiffness);
+        if self.open_rows(in_rows, step) {
+            let (ahead, hessian) = self.add_rows(in_rows, force - stiffness * step, stiffness);
             let (from, to) = (pushed.dot(step), ahead.dot(step));
             if to < -MAX_OVERSHOOT * from {
                 let newton = 1.0 + to / step.dot(hessian * step);
-                step *= newton.max(from / (from - to));
+                let share = newton.max(from / (from - to));
+                self.open_rows(in_rows, (share - 1.0) * step);
+                step *= share;
             }
         }
 
@@ -342,32 +344,41 @@ impl Relaxation {
         for occurrence in &self.in_bonds[bonds] {
             self.bonds[occurrence.number as usize].stretch.add(occurrence.weight * step);
         }
-        for occurrence in in_rows {
-            let row = &self.rows[occurrence.number as usize];
-            let opening = occurrence.weight * row.normal.dot(step);
-            self.openings[occurrence.number as usize].add(opening);
-        }
     }
 
-    /// Adds to a force and a stiffness those of rows after a step of their particle.
+    /// Adds to a force and a stiffness those of the rows of their particle.
     #[inline(always)]
     fn add_rows(
         &self,
         in_rows: &[Occurrence],
-        step: DVec3,
         mut force: DVec3,
         mut stiffness: DMat3,
     ) -> (DVec3, DMat3) {
         for &Occurrence { number, weight } in in_rows {
             let (row, number) = (&self.rows[number as usize], number as usize);
-            let opening = self.openings[number].get() + weight * row.normal.dot(step);
-            let push = row.force(self.multipliers[number].get(), opening);
+            let push = row.force(self.multipliers[number].get(), self.openings[number].get());
             if push > 0.0 {
                 force += push * weight * row.normal;
                 stiffness += outer(row.normal, row.penalty * weight * weight);
             }
         }
         (force, stiffness)
+    }
+
+    /// Opens rows by a step of their particle; returns true if one comes into force by it.
+    #[inline(always)]
+    fn open_rows(&self, in_rows: &[Occurrence], step: DVec3) -> bool {
+        let mut comes_into_force = false;
+        for &Occurrence { number, weight } in in_rows {
+            let (row, number) = (&self.rows[number as usize], number as usize);
+            let (multiplier, before) =
+                (self.multipliers[number].get(), self.openings[number].get());
+            let opening = before + weight * row.normal.dot(step);
+            self.openings[number].set(opening);
+            let [was, is] = [before, opening].map(|opening| row.force(multiplier, opening) > 0.0);
+            comes_into_force |= is & !was;
+        }
+        comes_into_force
     }
 
     /// Adds what rows and volumes are missing to their forces; returns the largest part of a gap

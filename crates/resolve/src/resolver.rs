@@ -8,7 +8,7 @@ use crate::run::Run;
 use crate::warm_start::{LocalDisplacements, fits};
 use crate::{Conditions, GapObstacle, Obstacle, Resolution, ResolveError, ResolveParams};
 
-/// Factor on the smoothing length of a second start, where the first was the same but for it. Near 1, both lead
+/// Factor on the smoothing length of a start after one that was the same but for it. Near 1, both lead
 /// to the same end; above, more tissue moves than was asked for.
 const LONGER: f64 = 1.5;
 
@@ -84,7 +84,8 @@ impl Resolver {
     /// The scene's positions are those without any push. Displacements of the last state are
     /// added first, unless the scene has other bodies now or is worse off with them. Where they lead to no
     /// end, the state is pushed apart by itself, with displacements that fade over its deepest overlap at least.
-    /// Where it was by itself, it is once more, with displacements that fade over half as much again.
+    /// Where that leads to none either, and where it was by itself before, it is once more, with displacements that
+    /// fade over half as much again.
     ///
     /// # Errors
     ///
@@ -109,32 +110,31 @@ impl Resolver {
         }
 
         // Displacements of the last state may lead where no way goes on, and so may short pushes: then the
-        // state by itself is tried, with longer ones, and the first end taken where that is no better.
+        // state by itself is tried, with longer ones, and the first end taken where none is better.
         let (first_carried, first_end) = (std::mem::take(&mut self.carried), soft_positions(scene));
-        move_soft_bodies(scene, &rest)?;
-        let params = self.longer_pushes(&resolution.before, carried.is_empty());
-        let before = (params == self.params).then_some(&resolution.before[..]);
-        let alone = self.attempt(params, scene, &[], &[], before, progress)?;
-        if alone.resolved {
-            return Ok(alone);
+        for params in self.longer_pushes(&resolution.before, carried.is_empty()) {
+            move_soft_bodies(scene, &rest)?;
+            let before = (params == self.params).then_some(&resolution.before[..]);
+            let alone = self.attempt(params, scene, &[], &[], before, progress)?;
+            if alone.resolved {
+                return Ok(alone);
+            }
         }
         self.carried = first_carried;
         move_soft_bodies(scene, &first_end)?;
         self.hold_broken(scene, resolution, &rest, progress)
     }
 
-    /// Returns the parameters for a second start, with longer pushes: where the first start was `alone`, than asked
-    /// for by a little; else over no less than the depth of the deepest vertex, since those that an earlier state was
-    /// given for may be shorter, and turn faces over.
-    fn longer_pushes(&self, before: &[PairReport], alone: bool) -> ResolveParams {
-        let mut smoothing = self.params.smoothing;
-        if alone {
-            smoothing *= LONGER;
-        } else {
-            let depths = before.iter().map(|report| report.max_vertex_depth);
-            smoothing = depths.fold(smoothing, f64::max);
-        }
-        ResolveParams { smoothing, ..self.params }
+    /// Returns the parameters of further starts, with longer pushes. After a first one that was `alone`, they are
+    /// longer than asked for by a little; after others also no shorter than the deepest vertex is deep, since
+    /// those that an earlier state was given for may be shorter, and turn faces over.
+    fn longer_pushes(&self, before: &[PairReport], alone: bool) -> Vec<ResolveParams> {
+        let depths = before.iter().map(|report| report.max_vertex_depth);
+        let deep = depths.fold(self.params.smoothing, f64::max);
+        let lengths =
+            if alone { vec![LONGER * self.params.smoothing] } else { vec![deep, LONGER * deep] };
+        let params = |smoothing| ResolveParams { smoothing, ..self.params };
+        lengths.into_iter().map(params).collect()
     }
 
     /// Removes overlaps by some parameters from one start, with some bodies held, and keeps the displacements
