@@ -191,13 +191,12 @@ impl Relaxation {
         let body_of: Vec<usize> = active.iter().map(|active| active.body).collect();
         let parts = parts::cut(&body_of);
         let mut meetings = Meetings::new(&parts);
-        for part in &parts {
-            // Each link is that of both its ends.
-            let (start, end) = (part.particles.start, part.particles.end);
-            let first = if start == 0 { 0 } else { particles[start - 1].links_end };
-            let linked = links[first..particles[end - 1].links_end].iter().map(|(next, _)| *next);
-            for before in linked.map(|next| next as usize).filter(|next| *next < start) {
-                meetings.add([before, start].into_iter());
+        for Part { particles: own, .. } in &parts {
+            let first = if own.start == 0 { 0 } else { particles[own.start - 1].links_end };
+            let linked = &links[first..particles[own.end - 1].links_end];
+            let linked = linked.iter().map(|(next, _)| *next as usize);
+            for other in linked.filter(|next| !own.contains(next)) {
+                meetings.add([own.start, other].into_iter());
             }
         }
         let terms = rows.iter().map(|row| &row.terms).chain(bonds.iter().map(|bond| &bond.terms));
@@ -249,7 +248,7 @@ impl Relaxation {
         let Part { body, particles } = &self.parts[number];
         let volume = &self.volumes[*body];
 
-        // What parts before have gained in this sweep counts; those of the same color are not known of.
+        // What parts of colors before have gained in this sweep counts.
         let color = self.colors[number];
         let is_before = |other: usize| if is_forward { other < color } else { other > color };
         let mut before = 0.0;
