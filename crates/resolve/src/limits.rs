@@ -3,10 +3,10 @@
 use scene::BodyId;
 use surface::progress::Interrupted;
 
+use crate::ResolveError;
 use crate::resolution::BrokenLimit;
 use crate::run::{AcceptedState, Run};
 use crate::tissue::{Damage, Tissue, fitted_tree};
-use crate::{ResolveError, ResolveParams};
 
 /// Accepted states that are kept, to return to where rounding breaks a limit. Below, the start is
 /// returned to; above, memory grows.
@@ -140,13 +140,11 @@ impl Run<'_> {
     fn limits(&self) -> Limits {
         // Beyond this distance a vertex is displaced rather than freed.
         let depth = self.rounds.first().map_or(0.0, |start| start.max_depth);
-        let ResolveParams {
-            gap, smoothing, max_volume_change, max_strain, max_displacement, ..
-        } = self.params;
+        let allowed = (self.params.max_displacement * depth).max(self.allowed_displacement);
         Limits {
-            volume_change: max_volume_change,
-            strain: max_strain,
-            displacement: gap + (max_displacement * depth).max(smoothing),
+            volume_change: self.params.max_volume_change,
+            strain: self.params.max_strain,
+            displacement: self.params.gap + allowed,
         }
     }
 
@@ -167,7 +165,7 @@ mod tests {
     use surface::progress::Progress;
 
     use super::*;
-    use crate::Conditions;
+    use crate::{Conditions, ResolveParams};
 
     /// A thin body whose upper side is pressed toward its lower one, and through it: nothing is
     /// broken but that it crosses itself.

@@ -149,6 +149,7 @@ impl Resolver {
         progress: Progress<'_>,
     ) -> Result<Resolution, ResolveError> {
         let mut run = Run::new(scene, params, &self.conditions, held, before, progress)?;
+        run.allowed_displacement = self.params.smoothing;
         let result = run.warm_start(carried).and_then(|()| run.complete());
         match &result {
             Ok(_) => self.carried = run.local_displacements(),

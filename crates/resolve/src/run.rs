@@ -50,6 +50,9 @@ pub(crate) struct Run<'a> {
     pub(crate) exit_memories: BTreeMap<PairId, [ExitMemory; 2]>,
     /// Longest way out of a contact in the first round.
     pub(crate) longest_way: f64,
+    /// Displacement that is within limits in any case: the smoothing length that was asked for, also where
+    /// pushes are longer.
+    pub(crate) allowed_displacement: f64,
     /// True if the rounds begin with carried displacements.
     pub(crate) is_warm: bool,
     /// True if the last round took apart bodies that cross themselves.
@@ -140,6 +143,7 @@ impl<'a> Run<'a> {
             stalled_rounds: 0,
             exit_memories: BTreeMap::new(),
             longest_way: 0.0,
+            allowed_displacement: params.smoothing,
             is_warm: false,
             has_uncrossed: false,
             edge_rows: Vec::new(),

@@ -222,6 +222,22 @@ fn where_one_start_leads_to_no_end_another_one_pushes_a_little_longer() {
 }
 
 #[test]
+fn another_start_keeps_the_limits_of_the_first() {
+    // Tissue may be moved by the smoothing length and no farther, which is less than it is deep: pushes that
+    // are longer, too, leave it there.
+    let muscle = shapes::icosphere(10.0, 3).translated(DVec3::X * 15.0);
+    let (mut scene, [_, muscle]) = bone_and_muscle(shapes::icosphere(10.0, 3), muscle);
+    let rest = scene.body(muscle).positions().to_vec();
+    let params = ResolveParams { max_displacement: 0.1, ..ResolveParams::with_smoothing(4.0) };
+    let resolution = resolve::resolve(&mut scene, &params, Progress::none()).expect("an end");
+    let moved = scene.body(muscle).positions().iter().zip(&rest);
+    let farthest = moved.map(|(x, rest)| x.distance(*rest)).fold(0.0, f64::max);
+    assert!(farthest <= params.smoothing && !resolution.resolved, "moved by {farthest}");
+    let limit = resolution.broken_limits.first().map(|broken| broken.displacement_limit);
+    assert_eq!(limit, Some(params.smoothing));
+}
+
+#[test]
 fn displacements_of_bodies_with_other_vertices_are_not_carried_over() {
     let spheres = |level: u32| {
         let muscle = shapes::icosphere(10.0, level).translated(DVec3::X * 18.0);
