@@ -81,6 +81,7 @@ mod tissue;
 mod tuning;
 mod turns;
 mod uncross;
+mod volume_row;
 mod warm_start;
 
 pub use glam;

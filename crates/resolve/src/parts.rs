@@ -31,47 +31,48 @@ pub(crate) fn cut(body_of: &[usize]) -> Vec<Part> {
     parts
 }
 
-/// Pairs of parts that have something in common, by the parts of all particles.
-pub(crate) struct Meetings {
+/// Graph of parts, of which those that have something in common are neighbors.
+pub(crate) struct PartGraph {
+    /// Part of each particle.
     part_of: Vec<usize>,
-    /// The later part first.
-    pairs: Vec<[usize; 2]>,
-    /// Parts of the particles that are added, in memory that is reused.
+    /// Edges, the later part first.
+    edges: Vec<[usize; 2]>,
+    /// Parts of the particles that are connected, in memory that is reused.
     together: Vec<usize>,
 }
 
-impl Meetings {
+impl PartGraph {
     pub(crate) fn new(parts: &[Part]) -> Self {
         let mut part_of = Vec::new();
         for (number, part) in parts.iter().enumerate() {
             part_of.resize(part.particles.end, number);
         }
-        Self { part_of, pairs: Vec::new(), together: Vec::new() }
+        Self { part_of, edges: Vec::new(), together: Vec::new() }
     }
 
-    /// Adds particles that have something in common.
-    pub(crate) fn add(&mut self, particles: impl Iterator<Item = usize>) {
+    /// Connects the parts of particles that have something in common.
+    pub(crate) fn connect(&mut self, particles: impl Iterator<Item = usize>) {
         self.together.clear();
         for particle in particles {
             // Most are of one part.
             let part = self.part_of[particle];
             if !self.together.contains(&part) {
                 for &other in &self.together {
-                    self.pairs.push([part.max(other), part.min(other)]);
+                    self.edges.push([part.max(other), part.min(other)]);
                 }
                 self.together.push(part);
             }
         }
     }
 
-    /// Gives each part in turn the first color that no earlier part has with which it has anything in common.
+    /// Colors the graph greedily: each part in turn has the first color that no earlier neighbor has.
     pub(crate) fn colors(mut self, count: usize) -> Vec<usize> {
-        self.pairs.sort_unstable();
-        self.pairs.dedup();
+        self.edges.sort_unstable();
+        self.edges.dedup();
         let mut colors = vec![0; count];
-        for met in self.pairs.chunk_by(|p, q| p[0] == q[0]) {
-            let taken: Vec<usize> = met.iter().map(|[_, earlier]| colors[*earlier]).collect();
-            colors[met[0][0]] = (0..).find(|color| !taken.contains(color)).unwrap_or(0);
+        for own in self.edges.chunk_by(|p, q| p[0] == q[0]) {
+            let taken: Vec<usize> = own.iter().map(|[_, earlier]| colors[*earlier]).collect();
+            colors[own[0][0]] = (0..).find(|color| !taken.contains(color)).unwrap_or(0);
         }
         colors
     }
@@ -101,13 +102,13 @@ mod tests {
     fn parts_that_have_something_in_common_differ_in_color() {
         let parts: Vec<Part> =
             (0..40).map(|k| Part { body: k, particles: 10 * k..10 * k + 10 }).collect();
-        let mut meetings = Meetings::new(&parts);
+        let mut graph = PartGraph::new(&parts);
         let triples: Vec<[usize; 3]> =
             (0..60).map(|k| [(37 * k) % 400, (101 * k + 7) % 400, (53 * k + 9) % 400]).collect();
         for particles in &triples {
-            meetings.add(particles.iter().copied());
+            graph.connect(particles.iter().copied());
         }
-        let colors = meetings.colors(parts.len());
+        let colors = graph.colors(parts.len());
         for particles in &triples {
             for [p, q] in [[0, 1], [0, 2], [1, 2]].map(|pair| pair.map(|i| particles[i] / 10)) {
                 assert!(p == q || colors[p] != colors[q], "{p} and {q}");

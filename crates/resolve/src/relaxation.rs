@@ -5,15 +5,14 @@
 //! after the other. What a part gains of its body's volume is known to those of later colors, and to others of its own
 //! color in the next sweep.
 
-use std::ops::Range;
-
 use glam::{DMat3, DVec3};
 
 use crate::elastic::{Bond, ElasticProblem, GapRow};
 use crate::occurrences::{INACTIVE, Occurrence, occurrences};
-use crate::parts::{self, Meetings, Part};
+use crate::parts::{self, Part, PartGraph};
 use crate::shared_number::{SharedNumber, SharedVector};
 use crate::turns::Turns;
+use crate::volume_row::{VolumeRow, volume_rows};
 
 /// Part of an accuracy that rows may be missing from a solution: a quarter, so that what is solved for is left
 /// where all that is computed from it is rounded.
@@ -89,26 +88,6 @@ struct Relaxation {
     /// Volume that each part has gained in the present sweep.
     gained: Vec<SharedNumber>,
     turns: Turns,
-}
-
-/// Volume of a body as an equality.
-#[derive(Default)]
-struct VolumeRow {
-    /// Volume to be gained.
-    missing: f64,
-    penalty: f64,
-    /// Parts of the body.
-    parts: Range<usize>,
-    multiplier: SharedNumber,
-    /// Volume that was gained before the present sweep.
-    gained: SharedNumber,
-}
-
-impl VolumeRow {
-    /// Returns the pressure once a part has gained more volume in the present sweep.
-    fn force(&self, gained: f64) -> f64 {
-        self.multiplier.get() + self.penalty * (self.missing - self.gained.get() - gained)
-    }
 }
 
 /// Active particle with the ends of its parts of all lists, which begin where those of the particle
@@ -187,33 +166,12 @@ impl Relaxation {
             }
         }
 
-        // Parts that neither a link nor a row nor a bond connects take turns together.
         let body_of: Vec<usize> = active.iter().map(|active| active.body).collect();
         let parts = parts::cut(&body_of);
-        let mut meetings = Meetings::new(&parts);
-        for Part { particles: own, .. } in &parts {
-            let first = if own.start == 0 { 0 } else { particles[own.start - 1].links_end };
-            let linked = &links[first..particles[own.end - 1].links_end];
-            let linked = linked.iter().map(|(next, _)| *next as usize);
-            for other in linked.filter(|next| !own.contains(next)) {
-                meetings.add([own.start, other].into_iter());
-            }
-        }
         let terms = rows.iter().map(|row| &row.terms).chain(bonds.iter().map(|bond| &bond.terms));
-        for terms in terms {
-            let active = terms.iter().map(|(particle, _)| numbers[*particle as usize]);
-            meetings.add(active.filter(|i| *i != INACTIVE).map(|i| i as usize));
-        }
-        let colors = meetings.colors(parts.len());
-
+        let colors = colors(&parts, &particles, &links, terms, &numbers);
         let displaced =
             |particle: &RelaxedParticle| SharedVector::new(u[particle.particle as usize]);
-        let mut volumes = Vec::with_capacity(missing_volumes.len());
-        for (body, missing) in missing_volumes.into_iter().enumerate() {
-            let first = parts.partition_point(|part| part.body < body);
-            let end = parts.partition_point(|part| part.body <= body);
-            volumes.push(VolumeRow { missing, parts: first..end, ..VolumeRow::default() });
-        }
         let mut relaxation = Self {
             u: particles.iter().map(displaced).collect(),
             particles,
@@ -224,7 +182,7 @@ impl Relaxation {
             in_rows: in_rows.all,
             bonds: relaxed,
             in_bonds: in_bonds.all,
-            volumes,
+            volumes: volume_rows(missing_volumes, &parts),
             gained: parts.iter().map(|_| SharedNumber::default()).collect(),
             parts,
             turns: Turns::new(&colors),
@@ -296,8 +254,8 @@ impl Relaxation {
         }
     }
 
-    /// Moves one particle to where the energy is least while all others rest. Its part has `gained` volume of
-    /// its body in this sweep.
+    /// Moves one particle to where the energy is least while all others rest, or nearer. In this sweep its body has
+    /// `gained` volume by then.
     fn relax(&self, i: usize, volume: &VolumeRow, gained: &mut f64) {
         let active = self.particles[i];
         let before = if i == 0 { RelaxedParticle::default() } else { self.particles[i - 1] };
@@ -400,6 +358,30 @@ impl Relaxation {
         }
         most
     }
+}
+
+/// Colors parts so that those that a link connects, or the `terms` of a row or a bond, differ.
+fn colors<'t>(
+    parts: &[Part],
+    particles: &[RelaxedParticle],
+    links: &[(u32, f64)],
+    terms: impl Iterator<Item = &'t Vec<(u32, f64)>>,
+    numbers: &[u32],
+) -> Vec<usize> {
+    let mut graph = PartGraph::new(parts);
+    for Part { particles: own, .. } in parts {
+        let first = if own.start == 0 { 0 } else { particles[own.start - 1].links_end };
+        let linked = &links[first..particles[own.end - 1].links_end];
+        let linked = linked.iter().map(|(next, _)| *next as usize);
+        for other in linked.filter(|next| !own.contains(next)) {
+            graph.connect([own.start, other].into_iter());
+        }
+    }
+    for terms in terms {
+        let active = terms.iter().map(|(particle, _)| numbers[*particle as usize]);
+        graph.connect(active.filter(|i| *i != INACTIVE).map(|i| i as usize));
+    }
+    graph.colors(parts.len())
 }
 
 /// Returns `scale · v vᵀ`.
