@@ -217,36 +217,39 @@ fn trees_trade_certainty_for_tests() {
 }
 
 /// Returns the mean share of the crossings found in one step, over a number of seeds.
-fn recall(draws: u32, max_moves: u32, seeds: u32) -> f64 {
-    let [a, b] = spheres(17.0);
-    let expected = reference::crossing_faces(&a.mesh, &b.mesh);
+fn recall([a, b]: &[Shape; 2], expected: &[[u32; 2]], draws: u32, max_moves: u32) -> f64 {
+    const SEEDS: u32 = 8;
     let params = SelectedPairsParams { draws, max_moves, ..SelectedPairsParams::new(5.0) };
-    let found = (0..seeds).map(|seed| {
+    let found = (0..SEEDS).map(|seed| {
         let mut pairs = SelectedPairs::new(u64::from(seed));
         let found = pairs.step(a.body(), b.body(), &params).expect("valid").crossing_faces;
         let found = found.expect("pairs report crossings");
         assert!(found.iter().all(|pair| expected.contains(pair)), "no crossing is made up");
         let count = |pairs: &[[u32; 2]]| u32::try_from(pairs.len()).expect("few");
-        f64::from(count(&found)) / f64::from(count(&expected))
+        f64::from(count(&found)) / f64::from(count(expected))
     });
-    found.sum::<f64>() / f64::from(seeds)
+    found.sum::<f64>() / f64::from(SEEDS)
 }
 
 #[test]
 fn recall_grows_with_the_budget_to_all() {
-    let few = recall(20, 0, 8);
-    let some = recall(2_000, 0, 8);
-    let many = recall(2_000, 40, 8);
+    let bodies = spheres(17.0);
+    let expected = reference::crossing_faces(&bodies[0].mesh, &bodies[1].mesh);
+    let few = recall(&bodies, &expected, 20, 0);
+    let some = recall(&bodies, &expected, 2_000, 0);
+    let many = recall(&bodies, &expected, 2_000, 40);
     assert!(few <= some && some <= many, "{few} {some} {many}");
     assert!(few < 0.5 && many > 0.9, "{few} {some} {many}");
+
     // All pairs are drawn, whatever the seed.
-    assert!(recall(u32::MAX, 0, 1) >= 1.0, "some crossings are missing");
-    let [a, b] = spheres(17.0);
+    let [a, b] = bodies;
     let params =
         SelectedPairsParams { draws: u32::MAX, max_moves: 0, ..SelectedPairsParams::new(5.0) };
     let found = SelectedPairs::new(0).step(a.body(), b.body(), &params).unwrap();
     let all = a.mesh.faces.len() * b.mesh.faces.len();
     assert!(found.tests >= u64::try_from(all).unwrap(), "{} of {all} pairs", found.tests);
+    let crossings = found.crossing_faces.expect("pairs report crossings");
+    assert!(expected.iter().all(|pair| crossings.contains(pair)), "some crossings are missing");
 }
 
 #[test]
