@@ -113,7 +113,7 @@ impl ResolveParams {
     #[must_use]
     pub const fn with_smoothing(smoothing: f64) -> Self {
         Self {
-            tolerance: smoothing / 120.0,
+            tolerance: tolerance_of(smoothing),
             gap: 0.0,
             smoothing,
             max_rounds: 60,
@@ -154,5 +154,27 @@ impl ResolveParams {
         positive("max_strain", self.max_strain)?;
         positive("max_displacement", self.max_displacement)?;
         self.tuning.validate()
+    }
+}
+
+/// Returns the tolerance that goes with a smoothing length.
+pub(crate) const fn tolerance_of(smoothing: f64) -> f64 {
+    smoothing / 120.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::clearance;
+
+    #[test]
+    fn longer_pushes_end_farther_apart() {
+        let asked =
+            ResolveParams { tolerance: 0.01, gap: 0.05, ..ResolveParams::with_smoothing(6.0) };
+        assert_eq!(clearance(&asked).to_bits(), 0.05_f64.to_bits());
+        let longer = ResolveParams { smoothing: 24.0, ..asked };
+        assert_eq!(clearance(&longer).to_bits(), 0.1_f64.to_bits());
+        let coarse = ResolveParams { tolerance: 0.4, ..asked };
+        assert_eq!(clearance(&coarse).to_bits(), 0.2_f64.to_bits());
     }
 }

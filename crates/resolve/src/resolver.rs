@@ -12,6 +12,10 @@ use crate::{Conditions, GapObstacle, Obstacle, Resolution, ResolveError, Resolve
 /// to the same end; above, more tissue moves than was asked for.
 const LONGER: f64 = 1.5;
 
+/// Largest number of starts after the first one. Below, deep tissue with short pushes is not freed; above, what has no
+/// way out is refused later.
+const MAX_FURTHER_STARTS: usize = 6;
+
 /// Pushes apart the bodies of a scene that overlap.
 ///
 /// Rigid bodies do not move. Soft ones yield, and share their overlaps with each other by
@@ -84,8 +88,8 @@ impl Resolver {
     /// The scene's positions are those without any push. Displacements of the last state are
     /// added first, unless the scene has other bodies now or is worse off with them. Where they lead to no
     /// end, the state is pushed apart by itself, with displacements that fade over its deepest overlap at least.
-    /// Where that leads to none either, and where it was by itself before, it is once more, with displacements that
-    /// fade over half as much again.
+    /// Where that leads to none either, and where it was by itself before, it is again, with displacements that
+    /// fade over half as much again each time, until that is more than its deepest overlap.
     ///
     /// # Errors
     ///
@@ -112,7 +116,7 @@ impl Resolver {
         // Displacements of the last state may lead where no way goes on, and so may short pushes: then the
         // state by itself is tried, with longer ones, and the first end taken where none is better.
         let (first_carried, first_end) = (std::mem::take(&mut self.carried), soft_positions(scene));
-        for params in self.longer_pushes(&resolution.before, carried.is_empty()) {
+        for params in self.longer_pushes(&resolution, carried.is_empty()) {
             move_soft_bodies(scene, &rest)?;
             let before = (params == self.params).then_some(&resolution.before[..]);
             let alone = self.attempt(params, scene, &[], &[], before, progress)?;
@@ -125,16 +129,25 @@ impl Resolver {
         self.hold_broken(scene, resolution, &rest, progress)
     }
 
-    /// Returns the parameters of further starts, with longer pushes. After a first one that was `alone`, they are
-    /// longer than asked for by a little; after others also no shorter than the deepest vertex is deep, since
-    /// those that an earlier state was given for may be shorter, and turn faces over.
-    fn longer_pushes(&self, before: &[PairReport], alone: bool) -> Vec<ResolveParams> {
-        let depths = before.iter().map(|report| report.max_vertex_depth);
-        let deep = depths.fold(self.params.smoothing, f64::max);
-        let lengths =
-            if alone { vec![LONGER * self.params.smoothing] } else { vec![deep, LONGER * deep] };
-        let params = |smoothing| ResolveParams { smoothing, ..self.params };
-        lengths.into_iter().map(params).collect()
+    /// Returns the parameters of further starts, each with longer pushes, until these are far longer than the deepest
+    /// vertex is deep. After a first start that was `alone`, they begin with a little longer ones; after others with
+    /// no shorter ones than that, since those that an earlier state was given for turn faces over.
+    fn longer_pushes(&self, first_end: &Resolution, alone: bool) -> Vec<ResolveParams> {
+        // The depth of what another body encloses is not how far it is to come.
+        let is_enclosed = |report: &PairReport| {
+            let mut remaining = first_end.remaining.iter();
+            remaining.any(|left| left.pair == report.pair && left.obstacle == Obstacle::Enclosed)
+        };
+        let mut depth: f64 = 0.0;
+        for report in first_end.before.iter().filter(|report| !is_enclosed(report)) {
+            depth = depth.max(report.max_vertex_depth);
+        }
+
+        let asked = self.params.smoothing;
+        let first = if alone { LONGER * asked } else { asked.max(depth) };
+        let next = |length: &f64| (*length <= LONGER * depth).then_some(LONGER * length);
+        let lengths = std::iter::successors(Some(first), next).take(MAX_FURTHER_STARTS);
+        lengths.map(|smoothing| ResolveParams { smoothing, ..self.params }).collect()
     }
 
     /// Removes overlaps by some parameters from one start, with some bodies held, and keeps the displacements

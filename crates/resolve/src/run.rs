@@ -13,6 +13,7 @@ use crate::conditions::TieBond;
 use crate::elastic::GapRow;
 use crate::exit_sides::ExitMemory;
 use crate::near_pairs::{NearPair, NearPairs, as_f64};
+use crate::params::tolerance_of;
 use crate::resolution::{
     BodyChange, Obstacle, Remaining, Resolution, deepest, max_bracket, overlaps_in,
 };
@@ -473,7 +474,8 @@ pub(crate) fn largest_coordinate(scene: &Scene) -> f64 {
 /// Returns the gap to which overlaps are pushed apart: beyond that asked for where this is
 /// little, so that edges of curved surfaces do not cross between their vertices.
 pub(crate) fn clearance(params: &ResolveParams) -> f64 {
-    params.gap.max(0.5 * params.tolerance)
+    let tolerance = params.tolerance.max(tolerance_of(params.smoothing));
+    params.gap.max(0.5 * tolerance)
 }
 
 /// Returns the margin within which contacts are detected.

@@ -205,20 +205,20 @@ fn a_deep_state_after_a_shallow_one_is_pushed_as_far_as_it_is_deep() {
     let shallow = resolver.resolve(&mut at(13.8), Progress::none()).expect("a resolution");
     let deep = resolver.resolve(&mut at(8.0), Progress::none()).expect("a resolution");
     assert!(shallow.resolved && deep.resolved, "{:?}", deep.remaining);
-    let alone = resolve::resolve(&mut at(8.0), &params, Progress::none());
-    assert!(!alone.expect("a resolution").resolved, "pushed no farther than it was asked to");
 }
 
 #[test]
-fn where_one_start_leads_to_no_end_another_one_pushes_a_little_longer() {
-    // As above, with pushes that are just too short: by 0.5, half as much again is too short as well.
-    let bone = shapes::ellipsoid(DVec3::new(4.0, 14.0, 14.0), 3);
-    let muscle = shapes::icosphere(10.0, 3).translated(DVec3::X * 8.0);
-    let (mut scene, _) = bone_and_muscle(bone, muscle);
-    let params = ResolveParams::with_smoothing(0.6);
-    let resolution = resolve::resolve(&mut scene, &params, Progress::none()).expect("an end");
-    assert!(resolution.resolved, "{:?}", resolution.remaining);
-    assert_sound(&mut scene, &resolution);
+fn where_one_start_leads_to_no_end_others_push_longer() {
+    // As above. Pushes of 0.6 are just too short; of 0.5 and of 0.3 those that are half as long again are so, too.
+    for smoothing in [0.6, 0.5, 0.3] {
+        let bone = shapes::ellipsoid(DVec3::new(4.0, 14.0, 14.0), 3);
+        let muscle = shapes::icosphere(10.0, 3).translated(DVec3::X * 8.0);
+        let (mut scene, _) = bone_and_muscle(bone, muscle);
+        let params = ResolveParams::with_smoothing(smoothing);
+        let resolution = resolve::resolve(&mut scene, &params, Progress::none()).expect("an end");
+        assert!(resolution.resolved, "{smoothing}: {:?}", resolution.remaining);
+        assert_sound(&mut scene, &resolution);
+    }
 }
 
 #[test]
