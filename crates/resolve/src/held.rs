@@ -43,7 +43,7 @@ impl Resolver {
 
 impl Resolution {
     /// Counts the pairs that overlap or are nearer than the gap.
-    fn left(&self) -> usize {
+    pub(crate) fn left(&self) -> usize {
         self.remaining.len() + self.gap.short.len()
     }
 

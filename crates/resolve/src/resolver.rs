@@ -108,25 +108,31 @@ impl Resolver {
             carried.clear();
         }
         let rest = soft_positions(scene);
-        let resolution = self.attempt(self.params, scene, &carried, &[], None, progress)?;
-        if !may_be_better(&resolution) {
-            return self.hold_broken(scene, resolution, &rest, progress);
-        }
+        let mut best = self.attempt(self.params, scene, &carried, &[], None, progress)?;
 
         // Displacements of the last state may lead where no way goes on, and so may short pushes: then the
-        // state by itself is tried, with longer ones, and the first end taken where none is better.
-        let (first_carried, first_end) = (std::mem::take(&mut self.carried), soft_positions(scene));
-        for params in self.longer_pushes(&resolution, carried.is_empty()) {
-            move_soft_bodies(scene, &rest)?;
-            let before = (params == self.params).then_some(&resolution.before[..]);
-            let alone = self.attempt(params, scene, &[], &[], before, progress)?;
-            if alone.resolved {
-                return Ok(alone);
+        // state by itself is tried, with longer ones, and the first of the best ends taken.
+        if may_be_better(&best) {
+            let further = self.longer_pushes(&best, carried.is_empty());
+            let mut best_carried = std::mem::take(&mut self.carried);
+            let mut best_end = soft_positions(scene);
+            for params in further {
+                move_soft_bodies(scene, &rest)?;
+                let before = (params == self.params).then_some(&best.before[..]);
+                let alone = self.attempt(params, scene, &[], &[], before, progress)?;
+                if alone.left() < best.left() || !may_be_better(&alone) {
+                    best = alone;
+                    best_carried = std::mem::take(&mut self.carried);
+                    best_end = soft_positions(scene);
+                }
+                if !may_be_better(&best) {
+                    break;
+                }
             }
+            self.carried = best_carried;
+            move_soft_bodies(scene, &best_end)?;
         }
-        self.carried = first_carried;
-        move_soft_bodies(scene, &first_end)?;
-        self.hold_broken(scene, resolution, &rest, progress)
+        self.hold_broken(scene, best, &rest, progress)
     }
 
     /// Returns the parameters of further starts, each with longer pushes, until these are far longer than the deepest

@@ -222,6 +222,24 @@ fn where_one_start_leads_to_no_end_others_push_longer() {
 }
 
 #[test]
+fn another_start_counts_though_bones_overlap() {
+    // As above, beside two bones that overlap in all ends.
+    let muscle = shapes::icosphere(10.0, 3).translated(DVec3::X * 8.0);
+    let far = shapes::icosphere(3.0, 2).translated(DVec3::Y * 60.0);
+    let mut scene = scene_of([
+        ("bone", BodyKind::Rigid, shapes::ellipsoid(DVec3::new(4.0, 14.0, 14.0), 3)),
+        ("muscle", BodyKind::Deformable, muscle),
+        ("one", BodyKind::Rigid, far.clone()),
+        ("other", BodyKind::Rigid, far.translated(DVec3::X)),
+    ]);
+    let params = ResolveParams::with_smoothing(0.6);
+    let resolution = resolve::resolve(&mut scene, &params, Progress::none()).expect("an end");
+    assert!(!resolution.resolved);
+    let obstacles: Vec<Obstacle> = resolution.remaining.iter().map(|left| left.obstacle).collect();
+    assert_eq!(obstacles, [Obstacle::BothRigid]);
+}
+
+#[test]
 fn another_start_keeps_the_limits_of_the_first() {
     // Tissue may be moved by the smoothing length and no farther, which is less than it is deep: pushes that
     // are longer, too, leave it there.
