@@ -15,7 +15,7 @@ pub struct ResolveParams {
     /// With 0, surfaces that do not cross may touch.
     pub gap: f64,
     /// Length along a surface over which a displacement falls to a third, `> 0`. More keeps
-    /// shape better; less moves fewer vertices. Where that leads to no end, pushes are longer in another start.
+    /// shape better; less moves fewer vertices. Where that leads to no end, pushes are longer in further starts.
     pub smoothing: f64,
     /// Largest number of rounds of detection and pushing, and as many of opening the gap and of settling. After a
     /// third of them without improvement the rest is given up.

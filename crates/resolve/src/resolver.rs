@@ -89,7 +89,7 @@ impl Resolver {
     /// added first, unless the scene has other bodies now or is worse off with them. Where they lead to no
     /// end, the state is pushed apart by itself, with displacements that fade over its deepest overlap at least.
     /// Where that leads to none either, and where it was by itself before, it is again, with displacements that
-    /// fade over half as much again each time, until that is more than its deepest overlap.
+    /// fade over half as much again each time, until that is one and a half times its deepest overlap.
     ///
     /// # Errors
     ///
@@ -108,36 +108,49 @@ impl Resolver {
             carried.clear();
         }
         let rest = soft_positions(scene);
-        let mut best = self.attempt(self.params, scene, &carried, &[], None, progress)?;
-
-        // Displacements of the last state may lead where no way goes on, and so may short pushes: then the
-        // state by itself is tried, with longer ones, and the first of the best ends taken.
-        if may_be_better(&best) {
-            let further = self.longer_pushes(&best, carried.is_empty());
-            let mut best_carried = std::mem::take(&mut self.carried);
-            let mut best_end = soft_positions(scene);
-            for params in further {
-                move_soft_bodies(scene, &rest)?;
-                let before = (params == self.params).then_some(&best.before[..]);
-                let alone = self.attempt(params, scene, &[], &[], before, progress)?;
-                if alone.left() < best.left() || !may_be_better(&alone) {
-                    best = alone;
-                    best_carried = std::mem::take(&mut self.carried);
-                    best_end = soft_positions(scene);
-                }
-                if !may_be_better(&best) {
-                    break;
-                }
-            }
-            self.carried = best_carried;
-            move_soft_bodies(scene, &best_end)?;
+        let mut end = self.attempt(self.params, scene, &carried, &[], None, progress)?;
+        if may_be_better(&end) {
+            let further = self.longer_pushes(&end, carried.is_empty());
+            end = self.start_again(further, scene, end, &rest, progress)?;
         }
-        self.hold_broken(scene, best, &rest, progress)
+        self.hold_broken(scene, end, &rest, progress)
+    }
+
+    /// Starts from the state by itself by other parameters, as long as an end may be better; takes the scene to the
+    /// first of the best ends, and returns it.
+    fn start_again(
+        &mut self,
+        further: Vec<ResolveParams>,
+        scene: &mut Scene,
+        first: Resolution,
+        rest: &[Vec<DVec3>],
+        progress: Progress<'_>,
+    ) -> Result<Resolution, ResolveError> {
+        let mut best = first;
+        let (mut carried, mut positions) =
+            (std::mem::take(&mut self.carried), soft_positions(scene));
+        for params in further {
+            move_soft_bodies(scene, rest)?;
+            let before = (params == self.params).then_some(&best.before[..]);
+            let end = self.attempt(params, scene, &[], &[], before, progress)?;
+            let is_last = !may_be_better(&end);
+            if is_last || end.left() < best.left() {
+                best = end;
+                (carried, positions) = (std::mem::take(&mut self.carried), soft_positions(scene));
+            }
+            if is_last {
+                break;
+            }
+        }
+        self.carried = carried;
+        move_soft_bodies(scene, &positions)?;
+        Ok(best)
     }
 
     /// Returns the parameters of further starts, each with longer pushes, until these are far longer than the deepest
-    /// vertex is deep. After a first start that was `alone`, they begin with a little longer ones; after others with
-    /// no shorter ones than that, since those that an earlier state was given for turn faces over.
+    /// vertex is deep. Displacements of the last state may lead where no way goes on, and so may short pushes: after a
+    /// first start that was `alone`, pushes begin a little longer; after others no shorter than the deepest vertex is
+    /// deep, since those that an earlier state was given for turn faces over.
     fn longer_pushes(&self, first_end: &Resolution, alone: bool) -> Vec<ResolveParams> {
         // The depth of what another body encloses is not how far it is to come.
         let is_enclosed = |report: &PairReport| {
