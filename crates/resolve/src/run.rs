@@ -472,7 +472,8 @@ pub(crate) fn largest_coordinate(scene: &Scene) -> f64 {
 }
 
 /// Returns the gap to which overlaps are pushed apart: beyond that asked for where this is
-/// little, so that edges of curved surfaces do not cross between their vertices.
+/// little beside the tolerance or the pushes, so that edges of curved surfaces do not cross between
+/// their vertices.
 pub(crate) fn clearance(params: &ResolveParams) -> f64 {
     let tolerance = params.tolerance.max(tolerance_of(params.smoothing));
     params.gap.max(0.5 * tolerance)
