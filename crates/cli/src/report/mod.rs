@@ -4,6 +4,7 @@
 //! it and so agree. `contact_field` spreads them over vertices and `overlap_files` over clipped
 //! faces, for meshes in color; `gallery` draws the latter.
 
+mod attachment_record;
 mod body_color;
 mod check_page;
 mod check_tables;

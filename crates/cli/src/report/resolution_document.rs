@@ -13,6 +13,7 @@ use musculo_collide::{
 };
 use serde::Serialize;
 
+use super::attachment_record::AttachmentRecord;
 use super::resolution::{gap_obstacle_text, ignored_pairs, left_out_text, obstacle_text};
 use super::text::{counted, length, measure};
 use super::volume_record::QualityRecord;
@@ -38,6 +39,8 @@ pub(crate) struct ResolutionDocument {
     pub(crate) bodies: Vec<BodyState>,
     /// Bodies that the best state brings beyond their limits; an earlier one is kept.
     broken_limits: Vec<BrokenRecord>,
+    /// Attachments of the bodies of pairs that are not proved.
+    attachments: Vec<AttachmentRecord>,
     /// Bodies that were to be uncrossed and still cross themselves.
     self_overlaps: Vec<String>,
 }
@@ -165,6 +168,8 @@ impl ResolutionDocument {
         for broken in &resolution.broken_limits {
             broken_limits.push(BrokenRecord::new(broken, params, scene));
         }
+        let is_left = |name: &str| pairs.iter().any(|pair| !pair.proved && pair.contains(name));
+        let attachments = AttachmentRecord::list(conditions, scene, is_left);
         let mut self_overlaps = Vec::new();
         for body in &resolution.self_overlaps {
             self_overlaps.push(scene.body(*body).name().to_owned());
@@ -180,6 +185,7 @@ impl ResolutionDocument {
             pairs,
             bodies,
             broken_limits,
+            attachments,
             self_overlaps,
         })
     }
@@ -214,6 +220,9 @@ impl ResolutionDocument {
             for pair in short {
                 text += &format!("  {}\n", pair.text(self.unit));
             }
+        }
+        for attachment in &self.attachments {
+            text += &format!("{}.\n", attachment.text());
         }
         for reason in self.other_reasons() {
             text += &format!("Not resolved: {reason}.\n");
@@ -312,6 +321,10 @@ impl PairState {
         let reason = (!is_fine).then(|| removal.reason(pair, overlaps));
         let depth_before = depth_before.and_then(PairReport::max_depth);
         Self { a, b, status, proved, distance, depth_before, reason }
+    }
+
+    fn contains(&self, name: &str) -> bool {
+        self.a == name || self.b == name
     }
 
     fn text(&self, unit: Unit) -> String {

@@ -38,6 +38,13 @@ fn workshop() -> Workshop {
         "sheet.toml",
         "[[body]]\nfile = \"sheet.obj\"\nkind = \"open\"\n[[body]]\nfile = \"rod.obj\"\nkind = \"rigid\"\n",
     );
+    workshop.write(
+        "tied.toml",
+        "[[body]]\nfile = \"lower.obj\"\nkind = \"rigid\"\n\
+         [[body]]\nfile = \"upper.obj\"\nkind = \"rigid\"\n[[body]]\nfile = \"muscle.obj\"\n\
+         [[tie]]\na = \"lower\"\nb = \"muscle\"\nwithin = 0.5\n\
+         [[fixed]]\nbody = \"muscle\"\nbox = [[-7, -7, -1.1], [-5, 7, 1.1]]\n",
+    );
     workshop
 }
 
@@ -69,7 +76,7 @@ fn sheet() -> Mesh {
 #[test]
 fn each_absurd_scene_is_answered_in_words() {
     // Arguments, exit status, words of the answer.
-    let table: [(&str, i32, &[&str]); 14] = [
+    let table: [(&str, i32, &[&str]); 15] = [
         ("ball.obj inside.obj --rigid ball", 0, &["Nothing overlaps any more."]),
         ("ball.obj same.obj", 1, &["the surfaces coincide", "No mesh is written"]),
         ("ball.obj same.obj --rigid ball --gap 0.1", 1, &["coincide"]),
@@ -102,6 +109,15 @@ fn each_absurd_scene_is_answered_in_words() {
         ("ball.obj beside.obj --gap -1", 2, &["gap is -1, but must be"]),
         ("ball.obj beside.obj --gap nan", 2, &["gap is NaN, but must be"]),
         ("ball.obj", 0, &["Nothing overlaps any more."]),
+        (
+            "tied.toml --gap 0.05",
+            1,
+            &[
+                "no room",
+                "muscle is tied to lower and fixed at",
+                "what is held there cannot give way.",
+            ],
+        ),
     ];
     let workshop = workshop();
     let before = workshop.listing();

@@ -1,0 +1,63 @@
+//! Attachments of bodies that do not come apart: tissue that is held cannot give way.
+
+use musculo_collide::{BodyId, Conditions, Scene};
+use serde::Serialize;
+
+use super::text::grouped;
+
+/// What a body is held by.
+#[derive(Debug, Serialize)]
+pub(super) struct AttachmentRecord {
+    body: String,
+    /// Bodies that it is tied to.
+    tied_to: Vec<String>,
+    fixed_vertices: usize,
+}
+
+impl AttachmentRecord {
+    /// Lists the soft bodies that `is_left` selects and that are attached to anything.
+    pub(super) fn list(
+        conditions: &Conditions,
+        scene: &Scene,
+        is_left: impl Fn(&str) -> bool,
+    ) -> Vec<Self> {
+        let mut records = Vec::new();
+        for id in scene.ids() {
+            let body = scene.body(id);
+            if body.is_rigid() || !is_left(body.name()) {
+                continue;
+            }
+            let record = Self::new(id, conditions, scene);
+            if !record.tied_to.is_empty() || record.fixed_vertices > 0 {
+                records.push(record);
+            }
+        }
+        records
+    }
+
+    fn new(id: BodyId, conditions: &Conditions, scene: &Scene) -> Self {
+        let name = |id| scene.body(id).name().to_owned();
+        let mut tied_to = Vec::new();
+        for tie in &conditions.ties {
+            match tie.bodies {
+                [a, b] if a == id => tied_to.push(name(b)),
+                [a, b] if b == id => tied_to.push(name(a)),
+                _ => {}
+            }
+        }
+        let fixed = conditions.fixed.iter().filter(|fixed| fixed.body == id);
+        let fixed_vertices = fixed.map(|fixed| fixed.vertices.len()).sum();
+        Self { body: name(id), tied_to, fixed_vertices }
+    }
+
+    pub(super) fn text(&self) -> String {
+        let mut held = Vec::new();
+        if !self.tied_to.is_empty() {
+            held.push(format!("tied to {}", self.tied_to.join(" and ")));
+        }
+        if self.fixed_vertices > 0 {
+            held.push(format!("fixed at {} of its vertices", grouped(self.fixed_vertices)));
+        }
+        format!("{} is {}: what is held there cannot give way", self.body, held.join(" and "))
+    }
+}
