@@ -8,6 +8,7 @@ use glam::DVec3;
 use surface::progress::{Interrupted, Progress};
 use surface::{Aabb, Csr, Positions, TriangleSurface, closest_on_triangle, parallel, triangle};
 
+use crate::face_groups::FaceGroups;
 use crate::num::{coordinate, floor_index};
 use crate::{DistanceField, FieldGrid, Interpolation, MeasuredError};
 
@@ -21,11 +22,8 @@ pub(crate) const THIN: f64 = 1.5;
 /// Cells along each side of a block, about the size of a sample's box.
 const BLOCK: f64 = 4.0;
 
-/// Faces per task, a multiple of [`GROUP`].
-const TASK: usize = 4096;
-
-/// Faces per group, whose box is compared before theirs.
-const GROUP: usize = 16;
+/// Groups of faces per task.
+const TASK: usize = 256;
 
 /// Result of a comparison with exact distances.
 pub(crate) struct Accuracy {
@@ -50,6 +48,7 @@ pub(crate) fn accuracy(
     field: &DistanceField,
     surface: &TriangleSurface,
     x: Positions<'_>,
+    groups: &FaceGroups<'_>,
     params: AccuracyParams,
     progress: Progress<'_>,
 ) -> Result<Option<Accuracy>, Interrupted> {
@@ -59,7 +58,7 @@ pub(crate) fn accuracy(
     let mut samples = samples(surface, x, params.samples, MAX_HEIGHT * spacing, depth);
 
     // Each sample is visited by the few faces that can change it.
-    for (sample, face) in near_faces(&samples, surface, x, field.grid(), progress)? {
+    for (sample, face) in near_faces(&samples, groups, field.grid(), progress)? {
         samples[sample as usize].visit(x.corners(surface.faces()[face]), depth);
     }
     Ok(summary(field, &samples, params.truncation))
@@ -189,27 +188,22 @@ impl ErrorSample {
 /// Returns the faces that may change samples, each with its sample; a pair may occur twice.
 fn near_faces(
     samples: &[ErrorSample],
-    surface: &TriangleSurface,
-    x: Positions<'_>,
+    groups: &FaceGroups<'_>,
     grid: &FieldGrid,
     progress: Progress<'_>,
 ) -> Result<Vec<(u32, usize)>, Interrupted> {
     // Samples are listed by block, in which each face finds those near it.
     let blocks = Blocks::new(grid);
     let samples_in = blocks.samples(samples);
-    let faces = surface.faces();
-    let tasks = faces.len().div_ceil(TASK);
+    let tasks = groups.count().div_ceil(TASK);
     let steps = progress.steps(tasks);
 
     let near = parallel::map(tasks, |task| {
         steps.advance(1)?;
         let (mut near, mut touched, mut candidates) = (Vec::new(), Vec::new(), Vec::new());
-        let first = task * TASK;
-        let groups = faces[first..(first + TASK).min(faces.len())].chunks(GROUP);
-        for (group, group_faces) in groups.enumerate() {
+        for group in task * TASK..((task + 1) * TASK).min(groups.count()) {
             // Most groups of faces that follow each other are near no sample.
-            let corners = group_faces.as_flattened().iter();
-            let bounds = Aabb::of_points(corners.map(|&corner| x.at(corner)));
+            let bounds = groups.bounds(group);
             blocks.within(bounds, &mut touched);
             candidates.clear();
             for &block in &touched {
@@ -223,11 +217,10 @@ fn near_faces(
                 continue;
             }
 
-            for (n, &corners) in group_faces.iter().enumerate() {
-                let bounds = Aabb::of_points(x.corners(corners));
+            for (face, bounds) in groups.faces(group) {
                 for &sample in &candidates {
                     if samples[sample as usize].bounds.overlaps(bounds) {
-                        near.push((sample, first + group * GROUP + n));
+                        near.push((sample, face));
                     }
                 }
             }

@@ -6,6 +6,7 @@ use surface::{Aabb, Positions, SurfaceError, TriangleSurface, parallel, triangle
 use crate::accuracy::{AccuracyParams, THIN, accuracy};
 use crate::band::{self, BandParams, MAX_CORRECTION, quasi_interpolate};
 use crate::deep::deep_error;
+use crate::face_groups::FaceGroups;
 use crate::num::{coordinate, floor_count, single};
 use crate::sign::{Winding, enclosed_volume, winding};
 use crate::store::NodeStore;
@@ -268,7 +269,8 @@ impl DistanceField {
         progress: Progress<'_>,
     ) -> Result<(), FieldError> {
         let (near, deep) = (progress.part(0.0, 0.5), progress.part(0.5, 1.0));
-        let Some(accuracy) = accuracy(self, surface, x, params, near)? else {
+        let groups = FaceGroups::new(surface, x);
+        let Some(accuracy) = accuracy(self, surface, x, &groups, params, near)? else {
             return Ok(());
         };
         self.report.measured_error = Some(accuracy.error);
@@ -279,7 +281,7 @@ impl DistanceField {
         }
 
         let (count, truncation) = (params.samples.div_ceil(DEEP_FRACTION), params.truncation);
-        self.report.measured_deep_error = deep_error(self, surface, x, count, truncation, deep)?;
+        self.report.measured_deep_error = deep_error(self, &groups, count, truncation, deep)?;
         Ok(())
     }
 }

@@ -8,10 +8,11 @@
 //! that are spread evenly over the grid.
 
 use glam::DVec3;
+use surface::parallel;
 use surface::progress::{Interrupted, Progress};
-use surface::{Aabb, Positions, TriangleSurface, closest_on_triangle, parallel};
 
 use crate::accuracy::{MAX_HEIGHT, quasirandom};
+use crate::face_groups::FaceGroups;
 use crate::num::coordinate;
 use crate::{DistanceField, Interpolation, MeasuredError};
 
@@ -25,9 +26,6 @@ const DRAWN_PER_SAMPLE: usize = 64;
 /// Values at nodes are too large or right, up to half a voxel, and those between them are within
 /// the half diagonal of a cell: √3/2 + √3/2 spacings at most.
 const MAX_SHORTFALL: f64 = 2.0;
-
-/// Faces per group: fewer have tighter boxes, and more of them to compare.
-const GROUP: usize = 16;
 
 /// Point far from the surface, at which the field is compared.
 #[derive(Clone, Copy)]
@@ -43,15 +41,13 @@ struct DeepSample {
 /// surface; `None` where the field has no such place below its truncation.
 pub(crate) fn deep_error(
     field: &DistanceField,
-    surface: &TriangleSurface,
-    x: Positions<'_>,
+    groups: &FaceGroups<'_>,
     count: usize,
     truncation: f64,
     progress: Progress<'_>,
 ) -> Result<Option<MeasuredError>, Interrupted> {
     let spacing = field.grid().spacing();
     let samples = creases(field, count, truncation);
-    let groups = Groups::new(surface, x);
     let steps = progress.steps(samples.len());
     let errors = parallel::map(samples.len(), |i| {
         steps.advance(1)?;
@@ -91,65 +87,4 @@ fn creases(field: &DistanceField, count: usize, truncation: f64) -> Vec<DeepSamp
     samples.sort_by(|a, b| a.slope.total_cmp(&b.slope));
     samples.truncate(count);
     samples
-}
-
-/// Faces of a surface in groups, each with its box.
-struct Groups<'a> {
-    surface: &'a TriangleSurface,
-    x: Positions<'a>,
-    bounds: Vec<Aabb>,
-}
-
-impl<'a> Groups<'a> {
-    fn new(surface: &'a TriangleSurface, x: Positions<'a>) -> Self {
-        let mut bounds = Vec::with_capacity(surface.faces().len().div_ceil(GROUP));
-        for faces in surface.faces().chunks(GROUP) {
-            let corners = faces.as_flattened().iter();
-            bounds.push(Aabb::of_points(corners.map(|&corner| x.at(corner))));
-        }
-        Self { surface, x, bounds }
-    }
-
-    /// Computes the distance of a point from the nearest face, at most `bound`.
-    fn distance(&self, point: DVec3, bound: f64) -> f64 {
-        // Boxes of most groups are farther than the bound, and cost one comparison.
-        let mut nearest = bound;
-        for (bounds, faces) in self.bounds.iter().zip(self.surface.faces().chunks(GROUP)) {
-            let beside = point - point.clamp(bounds.min, bounds.max);
-            if beside.length_squared() > nearest * nearest {
-                continue;
-            }
-            for &face in faces {
-                let foot = closest_on_triangle(point, self.x.corners(face)).point;
-                nearest = nearest.min(foot.distance(point));
-            }
-        }
-        nearest
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Reference implementation: all faces, one by one.
-    #[test]
-    fn groups_skip_no_nearest_face() {
-        let mesh = fixtures::shapes::ellipsoid(DVec3::new(9.0, 4.0, 2.0), 3);
-        let surface = mesh.surface();
-        let x = surface.positions(&mesh.positions).expect("finite positions");
-        let groups = Groups::new(&surface, x);
-        for n in 0..500 {
-            let point = (quasirandom(n) - 0.5) * 24.0;
-            let foot = |&face| closest_on_triangle(point, x.corners(face)).point;
-            let feet = surface.faces().iter().map(foot);
-            let expected = feet.map(|foot| foot.distance(point)).fold(f64::INFINITY, f64::min);
-            let found = [groups.distance(point, f64::INFINITY), groups.distance(point, expected)];
-            assert!(
-                found.iter().all(|found| (found - expected).abs() < 1e-12),
-                "{found:?} {point}"
-            );
-            assert!(groups.distance(point, 0.5 * expected) <= 0.5 * expected, "{point}");
-        }
-    }
 }

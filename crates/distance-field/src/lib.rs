@@ -82,6 +82,7 @@ mod build;
 mod contacts;
 mod deep;
 mod error;
+mod face_groups;
 mod field;
 mod frame;
 mod grid;

@@ -7,6 +7,7 @@
 //! All in single precision, relative to a node nearby: sides are moved out by [`SLACK`], far more
 //! than rounding loses, so that every node of a region is found.
 
+use glam::DVec3;
 use wide::f32x4;
 
 use crate::num::floor_index;
@@ -57,10 +58,13 @@ pub(super) struct Candidate<'a> {
 }
 
 impl Candidate<'_> {
-    /// Returns the coordinates from the origin of the region.
+    /// Returns the position from the origin of the region, given the places of x, y and z among its
+    /// coordinates.
     #[inline(always)]
-    pub(super) fn node(&self) -> [f32; 3] {
-        self.found.nodes.each_ref().map(|list| list[self.group][self.lane])
+    pub(super) fn node(&self, places: [usize; 3]) -> DVec3 {
+        let [x, y, z] =
+            places.map(|place| f64::from(self.found.nodes[place][self.group][self.lane]));
+        DVec3::new(x, y, z)
     }
 
     /// Returns the least distance from the sides, moved out by the slack.

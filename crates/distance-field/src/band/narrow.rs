@@ -48,6 +48,9 @@ const MIN_AREA: f64 = 1e-3;
 const NEXT: [usize; 3] = [1, 2, 0];
 const LAST: [usize; 3] = [2, 0, 1];
 
+/// Places of x, y and z among coordinates whose first axis is each of them.
+const PLACES: [[usize; 3]; 3] = [[0, 1, 2], [2, 0, 1], [1, 2, 0]];
+
 /// Four elements, each with `V` vectors, in coordinates whose first axis is across the layers.
 struct Batch<const V: usize> {
     count: usize,
@@ -128,11 +131,7 @@ impl<const V: usize> Batch<V> {
     /// Returns the position of a node.
     #[inline(always)]
     fn position(&self, candidate: &Candidate<'_>) -> DVec3 {
-        let axis = self.axis[candidate.lane];
-        let mut p = [0.0; 3];
-        [p[axis], p[NEXT[axis]], p[LAST[axis]]] = candidate.node();
-        let [x, y, z] = p;
-        self.origin[candidate.lane] + DVec3::new(f64::from(x), f64::from(y), f64::from(z))
+        self.origin[candidate.lane] + candidate.node(PLACES[self.axis[candidate.lane]])
     }
 }
 

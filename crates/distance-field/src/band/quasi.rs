@@ -28,6 +28,9 @@ pub(crate) const MAX_CORRECTION: f64 = 0.125;
 /// Maximum number of planes per task, each of which copies the planes beside its own.
 const SLAB: usize = 32;
 
+/// Nodes of a row that are left as they are where all are beyond the limit.
+const RUN: usize = 16;
+
 /// Replaces signed distances by the coefficients of a quasi-interpolation, where they and all
 /// their neighbors are below `limit`; elsewhere they stay as they are.
 ///
@@ -89,11 +92,26 @@ impl Filter {
         std::mem::swap(&mut self.below, &mut self.here);
     }
 
-    /// Writes the coefficients of nodes in a row, the first of which is given.
+    /// Writes the coefficients of nodes in a row, the first of which is given. Most nodes are beyond the limit,
+    /// and so are those around them.
+    #[inline]
+    fn row(&self, first: usize, above: &[f32], out: &mut [f32]) {
+        for (start, out) in (first..).step_by(RUN).zip(out.chunks_mut(RUN)) {
+            let mut is_any_near = false;
+            for value in &*out {
+                is_any_near |= value.abs() < self.limit;
+            }
+            if is_any_near {
+                self.run(start, above, out);
+            }
+        }
+    }
+
+    /// Writes the coefficients of nodes that follow each other in a row, the first of which is given.
     ///
     /// Seven runs of one length: no bound is checked within the loop, which vectorizes.
     #[inline]
-    fn row(&self, first: usize, above: &[f32], out: &mut [f32]) {
+    fn run(&self, first: usize, above: &[f32], out: &mut [f32]) {
         let count = out.len();
         let here = &self.here[first..][..count];
         let (west, east) = (&self.here[first - 1..][..count], &self.here[first + 1..][..count]);
