@@ -33,9 +33,9 @@ const FIELD_BYTES: f64 = 75.0;
 /// Bytes per candidate of a swept query: four points at two ends, and their numbers.
 const CANDIDATE_BYTES: f64 = 4.0 * 2.0 * 24.0 + 16.0;
 
-/// Splits of the spheres that threads share, and of those that are pushed apart.
+/// Splits of the spheres that threads share, and of smaller ones that are pushed apart beside them.
 const LEVEL: u32 = 5;
-const RESOLVE_LEVEL: u32 = 3;
+const SMALL_LEVEL: u32 = 3;
 
 /// Bytes of the sweep that two threads share: far more than caches hold.
 const SWEPT_BYTES: usize = 1 << 28;
@@ -171,10 +171,12 @@ fn gains(text: &mut String, pools: [ThreadPool; 2]) -> Result<(), Box<dyn Error>
         surface::parallel::map(parts.len(), |part| sweep(parts[part])).into_iter().sum()
     });
     for operation in [Operation::Check, Operation::Sweep, Operation::Field, Operation::Resolve] {
-        let level = if operation == Operation::Resolve { RESOLVE_LEVEL } else { LEVEL };
-        let mut spheres = Spheres::with_muscles(level)?;
+        let mut spheres = Spheres::with_muscles(LEVEL)?;
         gain(text, operation.name(), &pools, || operation.run(&mut spheres).unwrap_or(0));
     }
+    let mut spheres = Spheres::with_muscles(SMALL_LEVEL)?;
+    let name = format!("resolve, {} faces", spheres.faces());
+    gain(text, &name, &pools, || Operation::Resolve.run(&mut spheres).unwrap_or(0));
 
     let mut spheres = Spheres::with_muscles(LEVEL)?;
     let params = PlanParams::with_tolerance(0.5);

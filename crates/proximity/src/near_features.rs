@@ -5,10 +5,14 @@ use glam::DVec3;
 use kdop::Workspace;
 use surface::{
     ClosestOnTriangle, NO_EDGE, TriangleFeature, closest_between_segments, closest_on_triangle,
+    parallel,
 };
 
 use crate::SurfaceTree;
 use crate::distance::are_farther;
+
+/// Pairs of faces of which one thread finds the features, where several share them. Fewer take longer to hand over.
+const SHARED_PAIRS: usize = 4096;
 
 /// Point of a surface, as weights of up to three vertices.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,23 +50,51 @@ impl NearFeatures {
         workspace: &mut Workspace,
         found: &mut Vec<Self>,
     ) {
+        let mut pairs = Vec::new();
         a.tree().pairs(b.tree(), max_distance, workspace, |face_a, face_b| {
-            if are_farther(a.corners(face_a), b.corners(face_b), max_distance) {
-                return;
-            }
-
-            // Vertices of each against the face of the other, then edges against edges.
-            let start = found.len();
-            add_vertices([a, b], [face_a, face_b], true, found);
-            let vertices_of_b = found.len();
-            add_vertices([b, a], [face_b, face_a], false, found);
-            for features in &mut found[vertices_of_b..] {
-                features.points.swap(0, 1);
-            }
-            add_edges(a, face_a, b, face_b, found);
-            retain_near(found, start, max_distance);
+            pairs.push([face_a, face_b]);
         });
+
+        // In the order of the pairs, whatever thread was first.
+        if pairs.len() > SHARED_PAIRS && parallel::threads() > 1 {
+            let parts: Vec<&[[u32; 2]]> = pairs.chunks(SHARED_PAIRS).collect();
+            let lists = parallel::map(parts.len(), |part| {
+                let mut found = Vec::new();
+                for faces in parts[part] {
+                    add_features([a, b], *faces, max_distance, &mut found);
+                }
+                found
+            });
+            for mut list in lists {
+                found.append(&mut list);
+            }
+        } else {
+            for faces in pairs {
+                add_features([a, b], faces, max_distance, found);
+            }
+        }
     }
+}
+
+/// Adds the features of two faces: vertices of each against the other one, then edges against edges.
+fn add_features(
+    [a, b]: [&SurfaceTree; 2],
+    [face_a, face_b]: [u32; 2],
+    max_distance: f64,
+    found: &mut Vec<NearFeatures>,
+) {
+    if are_farther(a.corners(face_a), b.corners(face_b), max_distance) {
+        return;
+    }
+    let start = found.len();
+    add_vertices([a, b], [face_a, face_b], true, found);
+    let vertices_of_b = found.len();
+    add_vertices([b, a], [face_b, face_a], false, found);
+    for features in &mut found[vertices_of_b..] {
+        features.points.swap(0, 1);
+    }
+    add_edges(a, face_a, b, face_b, found);
+    retain_near(found, start, max_distance);
 }
 
 /// Removes features that are farther apart than `max_distance`, from the entry `start` on.
@@ -167,6 +199,24 @@ mod tests {
     use surface::closest_between_triangles;
 
     use super::*;
+
+    #[test]
+    fn several_threads_list_the_same_features() {
+        let tree = |height: f64| {
+            let ball = shapes::icosphere(3.0, 3).translated(height * DVec3::Z);
+            SurfaceTree::new(ball.surface(), ball.positions).expect("a tree")
+        };
+        let (a, b, workspace) = (tree(0.0), tree(6.1), Workspace::default);
+        let mut pairs = 0;
+        a.tree().pairs(b.tree(), 1.5, &mut workspace(), |_, _| pairs += 1);
+        assert!(pairs > 2 * SHARED_PAIRS, "{pairs} pairs are for one thread");
+        let find = || {
+            let mut found = Vec::new();
+            NearFeatures::find(&a, &b, 1.5, &mut workspace(), &mut found);
+            found
+        };
+        assert_eq!(find(), parallel::on_calling_thread(find));
+    }
 
     #[test]
     fn the_nearest_features_are_as_far_as_all_faces_by_brute_force() {

@@ -12,7 +12,7 @@ use response::{
 };
 use surface::{Contact, Term, UnionFind, parallel};
 
-use crate::near_pairs::as_f64;
+use crate::count::as_f64;
 
 /// Number of contacts up to which small islands are solved as one. Below, preparing islands takes longer than
 /// solving them; above, small ones sweep as long as the slowest of many.

@@ -18,38 +18,40 @@
 //! Applications 4, 1969, and R. T. Rockafellar's form for inequalities (1973). The order of
 //! relaxation is that of A. H. Chen et al., "Vertex Block Descent", ACM TOG 43(4), 2024.
 
+use arrayvec::ArrayVec;
 use glam::DVec3;
 
 /// Weight of a particle in an opening below which it only holds. Below, a corner next to one that stays
 /// is thrown far for a little; above, less is opened in a round.
 const MIN_LEVER: f64 = 0.01;
 
+/// Particles with their weights: at most the corners of two faces.
+pub(crate) type Terms = ArrayVec<(u32, f64), 6>;
+
 /// Linear inequality on the displacements of a few particles.
 #[derive(Clone, Debug)]
 pub(crate) struct GapRow {
     /// Particles that can move, with their weights in the opening of the gap.
-    pub(crate) terms: Vec<(u32, f64)>,
+    pub(crate) terms: Terms,
     /// Unit direction in which the gap opens.
     pub(crate) normal: DVec3,
     /// Opening that is missing; negative where the gap is wider than asked.
     pub(crate) missing: f64,
-    /// Stiffness of the augmented term.
-    pub(crate) penalty: f64,
 }
 
 /// Elastic bond between a few particles, at rest where their weighted displacements cancel.
 #[derive(Clone, Debug)]
 pub(crate) struct Bond {
-    pub(crate) terms: Vec<(u32, f64)>,
+    pub(crate) terms: Terms,
     pub(crate) stiffness: f64,
 }
 
 /// Particle that takes part in a round.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ActiveParticle {
     pub(crate) particle: u32,
-    /// Links to other particles with their stiffness.
-    pub(crate) links: Vec<(u32, f64)>,
+    /// End of its part of all links, which begins where that of the particle before ends.
+    pub(crate) links_end: usize,
     /// Stiffness of the link to its own place.
     pub(crate) foundation: f64,
     /// Gradient of the body's volume with respect to the particle.
@@ -63,6 +65,8 @@ pub(crate) struct ActiveParticle {
 pub(crate) struct ElasticProblem {
     /// Body by body, along each, so that particles near in the list are near in the body.
     pub(crate) particles: Vec<ActiveParticle>,
+    /// Links of all particles to others, with their stiffness.
+    pub(crate) links: Vec<(u32, f64)>,
     pub(crate) rows: Vec<GapRow>,
     pub(crate) bonds: Vec<Bond>,
     /// Volume that each body is to gain.
@@ -71,14 +75,14 @@ pub(crate) struct ElasticProblem {
 
 impl GapRow {
     /// Returns a row that is not in force.
-    pub(crate) fn new(terms: Vec<(u32, f64)>, normal: DVec3, missing: f64) -> Self {
-        Self { terms, normal, missing, penalty: 0.0 }
+    pub(crate) fn new(terms: Terms, normal: DVec3, missing: f64) -> Self {
+        Self { terms, normal, missing }
     }
 
     /// Leaves out particles that are not active. Where that leaves next to no lever, the others hold what
     /// the displacements `u` have opened: to open more they would go far.
     pub(crate) fn keep_active(&mut self, is_active: impl Fn(u32) -> bool, u: &[DVec3]) {
-        self.terms.retain(|(particle, _)| is_active(*particle));
+        self.terms.retain(|&mut (particle, _)| is_active(particle));
         if self.terms.iter().all(|(_, weight)| weight.abs() < MIN_LEVER) {
             self.missing = self.missing.min(self.opening_by(u));
         }
@@ -92,21 +96,36 @@ impl GapRow {
         }
         opening
     }
-
-    /// Returns the force at an opening, for the multiplier of the row.
-    pub(crate) fn force(&self, multiplier: f64, opening: f64) -> f64 {
-        (multiplier + self.penalty * (self.missing - opening)).max(0.0)
-    }
 }
 
 impl ElasticProblem {
-    /// Adds the particles of the next body, with all that holds them.
-    pub(crate) fn append(&mut self, part: Self) {
-        let number = self.missing_volumes.len();
-        let particles = part.particles.into_iter();
-        self.particles.extend(particles.map(|active| ActiveParticle { body: number, ..active }));
-        self.bonds.extend(part.bonds);
-        self.missing_volumes.extend(part.missing_volumes);
+    /// Adds a particle with its links to others.
+    pub(crate) fn push(
+        &mut self,
+        active: ActiveParticle,
+        links: impl IntoIterator<Item = (u32, f64)>,
+    ) {
+        self.links.extend(links);
+        self.particles.push(ActiveParticle { links_end: self.links.len(), ..active });
+    }
+
+    /// Adds the particles of the next bodies, with all that holds them.
+    pub(crate) fn extend(&mut self, bodies: Vec<Self>) {
+        // Reserved at once: lists are long.
+        self.particles.reserve(bodies.iter().map(|body| body.particles.len()).sum());
+        self.links.reserve(bodies.iter().map(|body| body.links.len()).sum());
+        self.bonds.reserve(bodies.iter().map(|body| body.bonds.len()).sum());
+        for part in bodies {
+            let (body, first) = (self.missing_volumes.len(), self.links.len());
+            let placed = |active: ActiveParticle| {
+                let links_end = first + active.links_end;
+                ActiveParticle { body, links_end, ..active }
+            };
+            self.particles.extend(part.particles.into_iter().map(placed));
+            self.links.extend(part.links);
+            self.bonds.extend(part.bonds);
+            self.missing_volumes.extend(part.missing_volumes);
+        }
     }
 }
 
@@ -119,11 +138,16 @@ mod tests {
         ActiveParticle { particle, foundation, ..ActiveParticle::default() }
     }
 
+    /// Builds a row upward.
+    fn row(terms: &[(u32, f64)], missing: f64) -> GapRow {
+        GapRow::new(terms.iter().copied().collect(), DVec3::Z, missing)
+    }
+
     #[test]
     fn two_particles_share_a_gap_by_stiffness() {
         let mut problem = ElasticProblem { missing_volumes: vec![0.0], ..Default::default() };
         problem.particles = vec![held(0, 1.0), held(1, 3.0)];
-        problem.rows = vec![GapRow::new(vec![(0, 1.0), (1, -1.0)], DVec3::Z, 0.4)];
+        problem.rows = vec![row(&[(0, 1.0), (1, -1.0)], 0.4)];
         let d = problem.minimize(&[DVec3::ZERO; 2], 60, 1e-12, 2.0);
         // Forces are equal: displacements are as 3 to 1.
         assert!((d[0] - 0.3 * DVec3::Z).length() < 1e-3, "{d:?}");
@@ -134,7 +158,7 @@ mod tests {
     fn a_gap_that_is_wide_enough_moves_nothing() {
         let mut problem = ElasticProblem { missing_volumes: vec![0.0], ..Default::default() };
         problem.particles = vec![held(0, 1.0)];
-        problem.rows = vec![GapRow::new(vec![(0, 1.0)], DVec3::Z, -0.1)];
+        problem.rows = vec![row(&[(0, 1.0)], -0.1)];
         assert_eq!(problem.minimize(&[DVec3::ZERO; 1], 60, 1e-12, 2.0), [DVec3::ZERO]);
     }
 
@@ -144,8 +168,7 @@ mod tests {
         problem.particles = vec![held(0, 1.0)];
         for particle in [0, 1] {
             // The second particle is at the foot, and stays.
-            let terms = vec![(0, 1e-9), (particle, 1e-9), (1, 1.0)];
-            problem.rows.push(GapRow::new(terms, DVec3::Z, 1e-5));
+            problem.rows.push(row(&[(0, 1e-9), (particle, 1e-9), (1, 1.0)], 1e-5));
         }
         let d = problem.minimize(&[DVec3::ZERO; 2], 60, 1e-12, 0.25);
         assert_eq!(d, [DVec3::ZERO; 2]);
@@ -156,10 +179,10 @@ mod tests {
         // One row asks for more than many others allow.
         let mut problem = ElasticProblem { missing_volumes: vec![0.0], ..Default::default() };
         problem.particles = vec![held(0, 1.0)];
-        problem.rows = vec![GapRow::new(vec![(0, 1.0)], DVec3::Z, 0.05)];
+        problem.rows = vec![row(&[(0, 1.0)], 0.05)];
         for tilt in -8..=8 {
             let normal = DVec3::new(0.02 * f64::from(tilt), 0.0, -1.0).normalize();
-            problem.rows.push(GapRow::new(vec![(0, 1.0)], normal, -0.001));
+            problem.rows.push(GapRow { normal, ..row(&[(0, 1.0)], -0.001) });
         }
         let d = problem.minimize(&[DVec3::ZERO], 20, 1e-12, 0.5);
         assert!(d[0].z > -0.001 && d[0].length() < 0.02, "{d:?}");
@@ -169,11 +192,9 @@ mod tests {
     fn what_was_displaced_too_far_comes_back() {
         // A chain whose first particle is held out by its row, and whose second is out too far.
         let mut problem = ElasticProblem { missing_volumes: vec![0.0], ..Default::default() };
-        let mut chain = [held(0, 1.0), held(1, 1.0)];
-        chain[0].links.push((1, 1.0));
-        chain[1].links.push((0, 1.0));
-        problem.particles = chain.to_vec();
-        problem.rows = vec![GapRow::new(vec![(0, 1.0)], DVec3::Z, 0.0)];
+        problem.push(held(0, 1.0), [(1, 1.0)]);
+        problem.push(held(1, 1.0), [(0, 1.0)]);
+        problem.rows = vec![row(&[(0, 1.0)], 0.0)];
         let displaced = [DVec3::Z, 3.0 * DVec3::Z];
         let d = problem.minimize(&displaced, 60, 1e-12, 2.0);
         assert!(d[0].length() < 1e-3, "{d:?}");
@@ -186,7 +207,7 @@ mod tests {
         for particle in 0..4 {
             problem.particles.push(ActiveParticle { area: DVec3::Z, ..held(particle, 1.0) });
         }
-        problem.rows = vec![GapRow::new(vec![(0, -1.0)], DVec3::Z, 0.3)];
+        problem.rows = vec![row(&[(0, -1.0)], 0.3)];
         let d = problem.minimize(&[DVec3::ZERO; 4], 60, 1e-9, 2.0);
         let gained: f64 = d.iter().map(|d| d.z).sum();
         assert!((d[0].z + 0.3).abs() < 1e-6 && gained.abs() < 1e-4, "{d:?}");
@@ -202,12 +223,8 @@ mod tests {
         for particle in 0..count {
             let mut active = ActiveParticle { particle, foundation: 1e-3, ..Default::default() };
             active.area = DVec3::Z;
-            for next in [particle.wrapping_sub(1), particle + 1] {
-                if next < count {
-                    active.links.push((next, 1.0));
-                }
-            }
-            problem.particles.push(active);
+            let next = [particle.wrapping_sub(1), particle + 1].into_iter();
+            problem.push(active, next.filter(|next| *next < count).map(|next| (next, 1.0)));
         }
         let steps = problem.minimize(&vec![DVec3::ZERO; count as usize], 20, 0.0, 0.5);
         let gained: f64 = steps.iter().map(|step| step.z).sum();

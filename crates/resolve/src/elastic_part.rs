@@ -45,23 +45,21 @@ impl Tissue {
                 continue;
             }
             let mass = mass_per_area * self.area(vertex);
-            let mut particle = ActiveParticle {
+            let particle = ActiveParticle {
                 particle: first + vertex,
                 foundation: mass / (length * length),
                 area: self.volume_gradient(vertex, x),
-                body: 0,
-                links: Vec::new(),
+                ..ActiveParticle::default()
             };
-            for link in self.links(vertex) {
+            let links = self.links(vertex).iter().map(|link| {
                 let mean = 0.5 * (mass + mass_per_area * self.area(link.neighbor));
-                particle.links.push((first + link.neighbor, mean * link.stiffness));
-            }
-            problem.particles.push(particle);
+                (first + link.neighbor, mean * link.stiffness)
+            });
+            problem.push(particle, links);
             if let Some(strut) = self.strut(vertex) {
-                let mut terms = vec![(first + vertex, 1.0)];
-                for (corner, weight) in strut.corners.into_iter().zip(strut.weights) {
-                    terms.push((first + corner, -weight));
-                }
+                let corners = strut.corners.into_iter().zip(strut.weights);
+                let corners = corners.map(|(corner, weight)| (first + corner, -weight));
+                let terms = std::iter::once((first + vertex, 1.0)).chain(corners).collect();
                 problem.bonds.push(Bond { terms, stiffness: mass * strut.stiffness });
             }
         }

@@ -15,12 +15,12 @@ use surface::progress::Interrupted;
 use surface::{Contact, parallel};
 
 use crate::ResolveError;
-use crate::elastic::{ElasticProblem, GapRow};
+use crate::elastic::{ElasticProblem, GapRow, Terms};
 use crate::gap_rounds::PairFeatures;
 use crate::relaxation::{SOLVED_SHARE, STEP_SWEEPS};
 use crate::run::{Run, clearance};
 use crate::spread::NEGLIGIBLE_SHARE;
-use crate::tissue::fitted_tree;
+use crate::tissue::{Tissue, fitted_tree};
 
 impl Run<'_> {
     /// Returns the number of elastic rounds: one for each step that the deepest vertex is inside,
@@ -123,7 +123,7 @@ impl Run<'_> {
                     point.weights.iter().filter(|weight| **weight > 0.0).count() == 2
                 };
                 if feature.points.iter().all(is_on_edge) {
-                    self.add_row(id, feature, clearance - feature.distance, &mut rows);
+                    rows.extend(self.gap_row(id, feature, clearance - feature.distance));
                 }
             }
         }
@@ -132,7 +132,7 @@ impl Run<'_> {
 
     /// Makes the row of a contact; `None` where neither side can move.
     fn row(&self, contact: &Contact) -> Option<GapRow> {
-        let mut terms = Vec::with_capacity(6);
+        let mut terms = Terms::new();
         for term in contact.stencil.terms() {
             if self.inverse_masses[term.particle as usize] != 0.0 {
                 terms.push((term.particle, -term.weight));
@@ -151,6 +151,7 @@ impl Run<'_> {
         let max_step = self.params.max_step();
         let mut seeds: BTreeMap<BodyId, Vec<u32>> = BTreeMap::new();
         let bodies = self.scene.bodies();
+        problem.rows.reserve(contacts.len());
         for mut row in contacts.iter().filter_map(|contact| self.row(contact)) {
             // Deeper overlaps than a step are left to later rounds.
             row.missing = row.missing.min(max_step);
@@ -176,7 +177,7 @@ impl Run<'_> {
         self.add_tie_seeds(&mut seeds);
         let (progress, length) = (self.round_progress(), self.params.smoothing);
         let (scene, seeds) = (&*self.scene, &seeds);
-        let parts = parallel::map_mut(&mut self.tissues, |tissue| {
+        let parts = parallel::map_mut_costly_first(&mut self.tissues, Tissue::cost, |tissue| {
             progress.report(0.0)?;
             let body = scene.body(tissue.id);
             let own = body.particles().start as usize..body.particles().end as usize;
@@ -188,9 +189,7 @@ impl Run<'_> {
             }
             Ok(tissue.elastic_part(body, &active, length))
         });
-        for part in parts {
-            problem.append(part?);
-        }
+        problem.extend(parts.into_iter().collect::<Result<Vec<_>, _>>()?);
         Ok(())
     }
 

@@ -14,7 +14,7 @@ use surface::progress::{Interrupted, Progress};
 use surface::{parallel, triangle};
 
 use crate::damage::rounded_to_single;
-use crate::elastic::{ElasticProblem, GapRow};
+use crate::elastic::{ElasticProblem, GapRow, Terms};
 use crate::near_pairs::detection_cost;
 use crate::relaxation::{SOLVED_SHARE, STEP_SWEEPS};
 use crate::resolution::{BrokenLimit, GapRound, overlaps_in};
@@ -165,8 +165,9 @@ impl Run<'_> {
         self.update_features(&mut near, crossing, detection_margin(&self.params), &moves)?;
         let mut rows = Vec::new();
         for PairFeatures { id, features } in near {
+            rows.reserve(features.len());
             for feature in &features {
-                self.add_row(id, feature, target - feature.distance, &mut rows);
+                rows.extend(self.gap_row(id, feature, target - feature.distance));
             }
         }
         Ok(rows)
@@ -211,7 +212,7 @@ impl Run<'_> {
                     round.short_features += 1;
                     round.missing += missing;
                 }
-                self.add_row(*id, feature, missing, &mut problem.rows);
+                problem.rows.extend(self.gap_row(*id, feature, missing));
 
                 // What is short is what moves; other rows only hold.
                 if missing > tolerance {
@@ -243,28 +244,29 @@ impl Run<'_> {
         self.add_tie_seeds(&mut seeds);
         let (progress, gap) = (self.round_progress(), self.params.gap);
         let (scene, seeds) = (&*self.scene, &seeds);
-        let parts = parallel::map_mut(&mut self.tissues, |tissue| {
+        let parts = parallel::map_mut_costly_first(&mut self.tissues, Tissue::cost, |tissue| {
             progress.report(0.0)?;
             let seeds = seeds.get(&tissue.id).cloned().unwrap_or_default();
             tissue.part_of_gap(scene.body(tissue.id), seeds, gap, progress)
         });
+        let mut bodies = Vec::with_capacity(parts.len());
         for part in parts {
             let (part, volume_change) = part?;
             round.volume_change = round.volume_change.max(volume_change);
-            problem.append(part);
+            bodies.push(part);
         }
+        problem.extend(bodies);
         Ok(())
     }
 
-    /// Adds the row of two near features, unless neither can move.
-    pub(crate) fn add_row(
+    /// Makes the row of two near features; `None` where neither can move.
+    pub(crate) fn gap_row(
         &self,
         pair: PairId,
         feature: &NearFeatures,
         missing: f64,
-        rows: &mut Vec<GapRow>,
-    ) {
-        let mut terms = Vec::with_capacity(6);
+    ) -> Option<GapRow> {
+        let mut terms = Terms::new();
         for ((id, point), sign) in pair.bodies().into_iter().zip(&feature.points).zip([-1.0, 1.0]) {
             let tissue = &self.tissues[id.index()];
             let first = self.scene.body(id).particles().start;
@@ -275,9 +277,8 @@ impl Run<'_> {
             }
         }
         let normal = self.opening_direction(pair, feature);
-        if !terms.is_empty() && normal != DVec3::ZERO {
-            rows.push(GapRow::new(terms, normal, missing));
-        }
+        let opens = !terms.is_empty() && normal != DVec3::ZERO;
+        opens.then(|| GapRow::new(terms, normal, missing))
     }
 
     /// Returns the unit direction from the first point to the second; where they coincide, that

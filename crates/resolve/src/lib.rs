@@ -45,6 +45,7 @@
 
 mod conditions;
 mod contact_islands;
+mod count;
 mod damage;
 mod edge_contacts;
 mod elastic;

@@ -10,6 +10,7 @@ use surface::progress::{Interrupted, Progress};
 use surface::{Contact, TriangleSurface, parallel, triangle};
 
 use crate::ResolveError;
+use crate::count::as_f64;
 use crate::edge_contacts::edge_contacts;
 use crate::tissue::fitted_tree;
 
@@ -55,6 +56,12 @@ impl NearPair {
             depth = depth.max(-contact.gap);
         }
         depth
+    }
+
+    /// Returns the relative time that takes all that is near.
+    pub(crate) fn cost(&self) -> f64 {
+        let near = self.report.a_against_b.near.len() + self.report.b_against_a.near.len();
+        as_f64(near + self.report.crossing_faces.len())
     }
 
     /// Counts the faces of both bodies whose corners are all within a distance of faces of the other one
@@ -195,11 +202,6 @@ impl NearPairs {
         self.pairs.sort_unstable_by_key(|pair| pair.report.pair);
         Ok(())
     }
-}
-
-/// Returns a count as a floating-point number.
-pub(crate) fn as_f64(count: usize) -> f64 {
-    f64::from(u32::try_from(count).unwrap_or(u32::MAX))
 }
 
 /// Returns the relative time of detection between two bodies.

@@ -1,5 +1,7 @@
 //! Lists of where each active particle occurs in the rows and the bonds of a problem.
 
+use crate::elastic::Terms;
+
 /// Occurrence of a particle in a row or a bond.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Occurrence {
@@ -25,7 +27,7 @@ impl Occurrences {
 
 /// Lists where each active particle occurs in the terms of rows or bonds.
 pub(crate) fn occurrences<'t>(
-    terms: impl Iterator<Item = &'t Vec<(u32, f64)>> + Clone,
+    terms: impl Iterator<Item = &'t Terms> + Clone,
     numbers: &[u32],
     count: usize,
 ) -> Occurrences {

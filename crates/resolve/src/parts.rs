@@ -65,6 +65,11 @@ impl PartGraph {
         }
     }
 
+    /// Adds the connections of another graph of the same parts.
+    pub(crate) fn merge(&mut self, other: Self) {
+        self.edges.extend(other.edges);
+    }
+
     /// Colors the graph greedily: each part in turn has the first color that no earlier neighbor has.
     pub(crate) fn colors(mut self, count: usize) -> Vec<usize> {
         self.edges.sort_unstable();

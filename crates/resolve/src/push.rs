@@ -7,9 +7,10 @@ use surface::progress::{Interrupted, Progress};
 use surface::{Contact, parallel, vertex_normals};
 
 use crate::contact_islands::ContactIslands;
+use crate::count::as_f64;
 use crate::exit_patches::{PatchSide, direct_patches};
 use crate::exit_sides::{ExitMemory, ExitSide};
-use crate::near_pairs::{NearPair, as_f64};
+use crate::near_pairs::NearPair;
 use crate::run::{Run, clearance, detection_margin};
 use crate::self_contacts::SelfSurface;
 use crate::tissue::{Tissue, fitted_tree};
@@ -71,7 +72,7 @@ impl Run<'_> {
     /// Resets displacements, and updates normals and nearness of all vertices.
     pub(crate) fn start_round(&mut self) {
         let bodies = self.scene.bodies();
-        parallel::map_mut(&mut self.tissues, |tissue| {
+        parallel::map_mut_costly_first(&mut self.tissues, Tissue::cost, |tissue| {
             let x = bodies[tissue.id.index()].positions();
             tissue.normals = vertex_normals(tissue.surface.faces(), x);
             tissue.u.fill(DVec3::ZERO);
@@ -108,7 +109,8 @@ impl Run<'_> {
             pairs.push((pair, memories.unwrap_or_default()));
         }
         let progress = self.round_progress();
-        let contacts = parallel::map_mut(&mut pairs, |(pair, memories)| {
+        let cost = |(pair, _): &(&NearPair, _)| pair.cost();
+        let contacts = parallel::map_mut_costly_first(&mut pairs, cost, |(pair, memories)| {
             progress.report(0.0)?;
             Ok(self.pair_contacts(pair, memories))
         });

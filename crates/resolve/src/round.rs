@@ -3,7 +3,8 @@
 use scene::{DepthBracket, PairId};
 
 use crate::ResolveParams;
-use crate::near_pairs::{NearPairs, as_f64};
+use crate::count::as_f64;
+use crate::near_pairs::NearPairs;
 use crate::tissue::Damage;
 
 /// State of a scene at the start or after a round, pairs of two rigid bodies left out.

@@ -12,7 +12,7 @@ use surface::progress::{Interrupted, Progress};
 use crate::conditions::TieBond;
 use crate::elastic::GapRow;
 use crate::exit_sides::ExitMemory;
-use crate::near_pairs::{NearPair, NearPairs, as_f64};
+use crate::near_pairs::{NearPair, NearPairs};
 use crate::params::tolerance_of;
 use crate::resolution::{
     BodyChange, Obstacle, Remaining, Resolution, deepest, max_bracket, overlaps_in,
@@ -387,11 +387,18 @@ impl<'a> Run<'a> {
         f: impl Fn(&mut Tissue, &SurfaceTree, Progress<'_>) -> Result<(), Interrupted> + Sync + Send,
     ) -> Result<(), Interrupted> {
         let (progress, bodies) = (self.round_progress(), self.scene.bodies());
-        let cost = |_: usize, tissue: &Tissue| as_f64(tissue.rest.len());
-        parallel::try_for_each_costly_first(&mut self.tissues, cost, |number, tissue| {
-            progress.report(0.0)?;
-            if tissue.is_rigid { Ok(()) } else { f(tissue, fitted_tree(&bodies[number]), progress) }
-        })
+        parallel::try_for_each_costly_first(
+            &mut self.tissues,
+            |_, tissue| tissue.cost(),
+            |number, tissue| {
+                progress.report(0.0)?;
+                if tissue.is_rigid {
+                    Ok(())
+                } else {
+                    f(tissue, fitted_tree(&bodies[number]), progress)
+                }
+            },
+        )
     }
 
     /// Moves soft bodies back to the best round.

@@ -8,7 +8,7 @@
 use glam::DVec3;
 use surface::progress::Interrupted;
 
-use crate::elastic::{ElasticProblem, GapRow};
+use crate::elastic::{ElasticProblem, GapRow, Terms};
 use crate::resolver::soft_positions;
 use crate::run::{Run, clearance};
 use crate::tissue::{Tissue, fitted_tree};
@@ -119,7 +119,7 @@ impl Run<'_> {
         problem.rows.extend(tissue.displacement_rows(&own, first, self.longest_way, limit));
         let active =
             tissue.active_vertices(Vec::new(), &own, fitted_tree(body), length, progress)?;
-        problem.append(tissue.elastic_part(body, &active, length));
+        problem.extend(vec![tissue.elastic_part(body, &active, length)]);
         Ok(problem)
     }
 }
@@ -139,7 +139,11 @@ impl Tissue {
             let length = displacement.length();
             if length > distance && self.is_free(vertex) {
                 let back = -*displacement / length;
-                rows.push(GapRow::new(vec![(first + vertex, 1.0)], back, length - limit));
+                rows.push(GapRow::new(
+                    Terms::from_iter([(first + vertex, 1.0)]),
+                    back,
+                    length - limit,
+                ));
             }
         }
         rows

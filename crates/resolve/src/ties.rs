@@ -47,10 +47,10 @@ impl Run<'_> {
     pub(crate) fn add_tie_bonds(&self, problem: &mut ElasticProblem) {
         for tie in &self.tie_bonds {
             let first = |id: BodyId| self.scene.body(id).particles().start;
-            let mut terms = vec![(first(tie.follower) + tie.vertex, 1.0)];
-            for (corner, weight) in tie.corners.into_iter().zip(tie.weights) {
-                terms.push((first(tie.leader) + corner, -weight));
-            }
+            let corners = tie.corners.into_iter().zip(tie.weights);
+            let corners = corners.map(|(corner, weight)| (first(tie.leader) + corner, -weight));
+            let follower = (first(tie.follower) + tie.vertex, 1.0);
+            let terms = std::iter::once(follower).chain(corners).collect();
             let tissue = &self.tissues[tie.follower.index()];
             let mass = tissue.area(tie.vertex) * tissue.mass_per_area();
             let stiffness = mass / (self.params.tuning.slack * tissue.mean_edge * tissue.mean_edge);

@@ -13,6 +13,7 @@ use surface::progress::{Interrupted, Progress};
 use surface::{TriangleSurface, mean_edge, parallel, triangle, vertex_areas, vertex_normals};
 
 use crate::ResolveParams;
+use crate::count::as_f64;
 
 /// One body at rest, with the links between its vertices and its displacement in a round.
 #[derive(Debug)]
@@ -169,6 +170,11 @@ impl Tissue {
     /// Returns true if the faces are turned inward, so that the volume they enclose is negative.
     pub(crate) fn is_inside_out(&self) -> bool {
         self.volume.is_some_and(|volume| volume < 0.0)
+    }
+
+    /// Returns the relative time that takes all that is done with the body.
+    pub(crate) fn cost(&self) -> f64 {
+        as_f64(self.rest.len())
     }
 
     /// Returns true if a vertex may move.

@@ -9,7 +9,7 @@ use scene::{Body, PairId};
 use surface::{Meeting, closest_between_triangles, triangles_meet};
 
 use crate::ResolveError;
-use crate::elastic::{ElasticProblem, GapRow};
+use crate::elastic::{ElasticProblem, GapRow, Terms};
 use crate::run::{Run, clearance};
 use crate::tissue::{Tissue, corners_at, fitted_tree};
 
@@ -78,7 +78,7 @@ impl Run<'_> {
         problem.rows.extend(rows);
         let tree = fitted_tree(body);
         let active = tissue.active_vertices(seeds, &[], tree, length, progress)?;
-        problem.append(tissue.elastic_part(body, &active, length));
+        problem.extend(vec![tissue.elastic_part(body, &active, length)]);
 
         // From the state as it is: what other rounds have displaced stays so.
         let resting = vec![DVec3::ZERO; self.inverse_masses.len()];
@@ -110,8 +110,8 @@ impl Tissue {
         for i in self.corners(a) {
             for j in self.corners(b) {
                 let missing = target - (x[j as usize] - x[i as usize]).dot(normal);
-                let mut terms = vec![(first + i, -1.0), (first + j, 1.0)];
-                terms.retain(|(particle, _)| self.is_free(particle - first));
+                let terms = [(i, -1.0), (j, 1.0)].into_iter().filter(|(v, _)| self.is_free(*v));
+                let terms: Terms = terms.map(|(v, weight)| (first + v, weight)).collect();
                 if missing > 0.0 && !terms.is_empty() {
                     rows.push(GapRow::new(terms, normal, missing));
                 }

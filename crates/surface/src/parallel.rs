@@ -163,6 +163,18 @@ impl Queue {
     }
 }
 
+/// Computes two values, on two threads where there are.
+pub fn join<A: Send, B: Send>(
+    a: impl FnOnce() -> A + Send,
+    b: impl FnOnce() -> B + Send,
+) -> (A, B) {
+    #[cfg(feature = "rayon")]
+    if threads() > 1 {
+        return rayon::join(a, b);
+    }
+    (a(), b())
+}
+
 /// Maps the numbers `0..count`, in order.
 pub fn map<R: Send>(count: usize, f: impl Fn(usize) -> R + Sync + Send) -> Vec<R> {
     map_with(count, || (), |(), i| f(i))
@@ -239,6 +251,17 @@ pub fn map_mut<T: Send, R: Send>(items: &mut [T], f: impl Fn(&mut T) -> R + Sync
         results.set(first / size, items.iter_mut().map(&f).collect());
     });
     results.in_order()
+}
+
+/// Maps the items of a slice, in order, by a function that changes them. Items with higher costs begin first, as in
+/// [`map_costly_first`].
+pub fn map_mut_costly_first<T: Send, R: Send>(
+    items: &mut [T],
+    cost: impl Fn(&T) -> f64,
+    f: impl Fn(&mut T) -> R + Sync + Send,
+) -> Vec<R> {
+    let items: Vec<Mutex<&mut T>> = items.iter_mut().map(Mutex::new).collect();
+    map_costly_first(&items, |item| cost(&lock(item)), || (), |(), item| f(&mut lock(item)))
 }
 
 /// Calls `f` on every item with its number: disjoint parts of an array, for instance.
@@ -342,7 +365,17 @@ mod tests {
             let cost = |&i: &usize| f64::from(u32::try_from(i * 7919 % 13).unwrap());
             assert_eq!(map_costly_first(&items, cost, || (), |(), &i| i * i), squares);
             assert_eq!(map_mut(&mut items, |i| *i * *i), squares);
+            let add = |i: &mut usize| std::mem::replace(i, *i + 1).pow(2);
+            assert_eq!(map_mut_costly_first(&mut items, cost, add), squares);
+            assert!(items.iter().enumerate().all(|(i, item)| *item == i + 1));
         }
+    }
+
+    #[test]
+    fn both_values_are_computed() {
+        let (mut a, mut b) = (0, 0);
+        let lengths = join(|| a = 3, || b = 5);
+        assert_eq!((lengths, a, b), (((), ()), 3, 5));
     }
 
     #[test]

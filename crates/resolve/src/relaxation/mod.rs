@@ -5,14 +5,16 @@
 //! after the other. What a part gains of its body's volume is known to those of later colors, and to others of its own
 //! color in the next sweep.
 
+mod setup;
+
 use glam::{DMat3, DVec3};
 
-use crate::elastic::{Bond, ElasticProblem, GapRow};
-use crate::occurrences::{INACTIVE, Occurrence, occurrences};
-use crate::parts::{self, Part, PartGraph};
+use crate::elastic::ElasticProblem;
+use crate::occurrences::Occurrence;
+use crate::parts::Part;
 use crate::shared_number::{SharedNumber, SharedVector};
 use crate::turns::Turns;
-use crate::volume_row::{VolumeRow, volume_rows};
+use crate::volume_row::VolumeRow;
 
 /// Part of an accuracy that rows may be missing from a solution: a quarter, so that what is solved for is left
 /// where all that is computed from it is rounded.
@@ -73,7 +75,7 @@ struct Relaxation {
     u: Vec<SharedVector>,
     /// Links to other active particles, by their numbers.
     links: Vec<(u32, f64)>,
-    rows: Vec<GapRow>,
+    rows: Vec<RelaxedRow>,
     /// Force of each row that its multiplier adds.
     multipliers: Vec<SharedNumber>,
     /// Opening of each row by the present displacements.
@@ -106,92 +108,31 @@ struct RelaxedParticle {
     bonds_end: usize,
 }
 
+/// Row of a gap, as sweeps read it.
+struct RelaxedRow {
+    /// Unit direction in which the gap opens.
+    normal: DVec3,
+    /// Opening that is missing; negative where the gap is wider than asked.
+    missing: f64,
+    /// Stiffness of the augmented term.
+    penalty: f64,
+}
+
 /// Stiffness of a bond, and its stretch at the present displacements.
 struct RelaxedBond {
     stiffness: f64,
     stretch: SharedVector,
 }
 
-impl Relaxation {
-    fn new(problem: ElasticProblem, u: &[DVec3], penalty: f64) -> Self {
-        let ElasticProblem { particles: active, mut rows, bonds, missing_volumes } = problem;
-        let mut numbers = vec![INACTIVE; u.len()];
-        for (number, active) in (0..).zip(&active) {
-            numbers[active.particle as usize] = number;
-        }
-
-        // Links between active particles; all others pull with a constant force.
-        let mut particles = Vec::with_capacity(active.len());
-        let mut links = Vec::new();
-        for active in &active {
-            let mut particle = RelaxedParticle {
-                particle: active.particle,
-                area: active.area,
-                own: active.foundation,
-                ..RelaxedParticle::default()
-            };
-            for &(next, stiffness) in &active.links {
-                particle.own += stiffness;
-                match numbers[next as usize] {
-                    INACTIVE => particle.pull += stiffness * u[next as usize],
-                    number => links.push((number, stiffness)),
-                }
-            }
-            particle.diagonal = particle.own;
-            particle.links_end = links.len();
-            particles.push(particle);
-        }
-
-        // Particles that are not active do not change an opening.
-        for row in &mut rows {
-            row.keep_active(|particle| numbers[particle as usize] != INACTIVE, u);
-        }
-        rows.retain(|row| !row.terms.is_empty());
-        let in_rows = occurrences(rows.iter().map(|row| &row.terms), &numbers, active.len());
-        let in_bonds = occurrences(bonds.iter().map(|bond| &bond.terms), &numbers, active.len());
-        let mut relaxed = Vec::with_capacity(bonds.len());
-        for Bond { terms, stiffness } in &bonds {
-            let mut stretch = DVec3::ZERO;
-            for &(particle, weight) in terms {
-                stretch += weight * u[particle as usize];
-            }
-            let stretch = SharedVector::new(stretch);
-            relaxed.push(RelaxedBond { stiffness: *stiffness, stretch });
-        }
-        for (i, particle) in particles.iter_mut().enumerate() {
-            (particle.rows_end, particle.bonds_end) = (in_rows.ends[i], in_bonds.ends[i]);
-            for bond in in_bonds.of(i) {
-                let stiffness = relaxed[bond.number as usize].stiffness;
-                particle.diagonal += stiffness * bond.weight * bond.weight;
-            }
-        }
-
-        let body_of: Vec<usize> = active.iter().map(|active| active.body).collect();
-        let parts = parts::cut(&body_of);
-        let terms = rows.iter().map(|row| &row.terms).chain(bonds.iter().map(|bond| &bond.terms));
-        let colors = colors(&parts, &particles, &links, terms, &numbers);
-        let displaced =
-            |particle: &RelaxedParticle| SharedVector::new(u[particle.particle as usize]);
-        let mut relaxation = Self {
-            u: particles.iter().map(displaced).collect(),
-            particles,
-            links,
-            openings: rows.iter().map(|_| SharedNumber::default()).collect(),
-            multipliers: rows.iter().map(|_| SharedNumber::default()).collect(),
-            rows,
-            in_rows: in_rows.all,
-            bonds: relaxed,
-            in_bonds: in_bonds.all,
-            volumes: volume_rows(missing_volumes, &parts),
-            gained: parts.iter().map(|_| SharedNumber::default()).collect(),
-            parts,
-            turns: Turns::new(&colors),
-            colors,
-        };
-        relaxation.set_penalties(&numbers, penalty);
-        relaxation
+impl RelaxedRow {
+    /// Returns the force at an opening, for the multiplier of the row.
+    #[inline(always)]
+    fn force(&self, multiplier: f64, opening: f64) -> f64 {
+        (multiplier + self.penalty * (self.missing - opening)).max(0.0)
     }
+}
 
+impl Relaxation {
     /// Returns the steps of all particles from their displacements `u` to the present ones.
     fn steps_from(&self, u: &[DVec3]) -> Vec<DVec3> {
         let mut steps = vec![DVec3::ZERO; u.len()];
@@ -226,32 +167,6 @@ impl Relaxation {
     /// Returns true if there is enough to do for several threads.
     fn is_worth_sharing(&self) -> bool {
         self.parts.len() > 1 && self.particles.len() >= MIN_SHARED_PARTICLES
-    }
-
-    /// Sets the stiffness of each row's augmented term in proportion to what it moves.
-    fn set_penalties(&mut self, numbers: &[u32], penalty: f64) {
-        for row in &mut self.rows {
-            let mut compliance = 0.0;
-            for &(particle, weight) in &row.terms {
-                let stiffness = self.particles[numbers[particle as usize] as usize].diagonal;
-                if stiffness > 0.0 {
-                    compliance += weight * weight / stiffness;
-                }
-            }
-            row.penalty = if compliance > 0.0 { penalty / compliance } else { 0.0 };
-        }
-
-        let mut compliances = vec![0.0; self.volumes.len()];
-        for part in &self.parts {
-            for active in &self.particles[part.particles.clone()] {
-                if active.diagonal > 0.0 {
-                    compliances[part.body] += active.area.length_squared() / active.diagonal;
-                }
-            }
-        }
-        for (volume, compliance) in self.volumes.iter_mut().zip(compliances) {
-            volume.penalty = if compliance > 0.0 { compliance.recip() } else { 0.0 };
-        }
     }
 
     /// Moves one particle to where the energy is least while all others rest, or nearer. In this sweep its body has
@@ -360,30 +275,6 @@ impl Relaxation {
     }
 }
 
-/// Colors parts so that those that a link connects, or the `terms` of a row or a bond, differ.
-fn colors<'t>(
-    parts: &[Part],
-    particles: &[RelaxedParticle],
-    links: &[(u32, f64)],
-    terms: impl Iterator<Item = &'t Vec<(u32, f64)>>,
-    numbers: &[u32],
-) -> Vec<usize> {
-    let mut graph = PartGraph::new(parts);
-    for Part { particles: own, .. } in parts {
-        let first = if own.start == 0 { 0 } else { particles[own.start - 1].links_end };
-        let linked = &links[first..particles[own.end - 1].links_end];
-        let linked = linked.iter().map(|(next, _)| *next as usize);
-        for other in linked.filter(|next| !own.contains(next)) {
-            graph.connect([own.start, other].into_iter());
-        }
-    }
-    for terms in terms {
-        let active = terms.iter().map(|(particle, _)| numbers[*particle as usize]);
-        graph.connect(active.filter(|i| *i != INACTIVE).map(|i| i as usize));
-    }
-    graph.colors(parts.len())
-}
-
 /// Returns `scale · v vᵀ`.
 fn outer(v: DVec3, scale: f64) -> DMat3 {
     let scaled = scale * v;
@@ -393,7 +284,7 @@ fn outer(v: DVec3, scale: f64) -> DMat3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::elastic::ActiveParticle;
+    use crate::elastic::{ActiveParticle, Bond, GapRow};
 
     /// Builds six bodies of particles on foundations, with rows that are missing between every second of
     /// them, by number.
@@ -403,16 +294,15 @@ mod tests {
         for particle in 0..6 * own {
             let mut active = ActiveParticle { particle, foundation: 1.0, ..Default::default() };
             (active.area, active.body) = (DVec3::Y, (particle / own) as usize);
-            if particle % own > 0 {
-                active.links.push((particle - 1, 0.5 + f64::from(particle % 7)));
-            }
-            problem.particles.push(active);
+            let link = (particle.wrapping_sub(1), 0.5 + f64::from(particle % 7));
+            problem.push(active, (particle % own > 0).then_some(link));
         }
         for k in 0..3000 {
             let [p, q] = [(7919 * k) % (6 * own), (104_729 * k + 11) % (6 * own)];
             if (p / own).abs_diff(q / own) == 2 {
                 let normal = DVec3::new(1.0, f64::from(k % 5), f64::from(k % 3)).normalize();
-                problem.rows.push(GapRow::new(vec![(p, 1.0), (q, -1.0)], normal, 0.2));
+                let terms = [(p, 1.0), (q, -1.0)].into_iter().collect();
+                problem.rows.push(GapRow::new(terms, normal, 0.2));
             }
         }
         (problem, 6 * own)
@@ -449,12 +339,16 @@ mod tests {
     fn what_has_something_in_common_is_never_relaxed_side_by_side() {
         let (mut problem, count) = six_bodies();
         for k in 0..40 {
-            let terms = [0, 31, 577, 4003].map(|by| ((293 * k + by) % count, 0.5)).to_vec();
+            let terms = [0, 31, 577, 4003].map(|by| ((293 * k + by) % count, 0.5));
+            let terms = terms.into_iter().collect();
             problem.bonds.push(Bond { terms, stiffness: 1.0 });
         }
         let mut together = Vec::new();
+        let mut first = 0;
         for active in &problem.particles {
-            together.extend(active.links.iter().map(|(next, _)| vec![active.particle, *next]));
+            let links = &problem.links[first..active.links_end];
+            together.extend(links.iter().map(|(next, _)| vec![active.particle, *next]));
+            first = active.links_end;
         }
         let particles = |terms: &[(u32, f64)]| terms.iter().map(|(p, _)| *p).collect();
         together.extend(problem.rows.iter().map(|row| particles(&row.terms)));
