@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::text::grouped;
 
-/// What a body is held by.
+/// Attachments of a body.
 #[derive(Debug, Serialize)]
 pub(super) struct AttachmentRecord {
     body: String,
