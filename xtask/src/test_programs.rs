@@ -96,6 +96,12 @@ impl Queue {
         self.changed.notify_all();
     }
 
+    /// Adds a program that takes long: shorter ones then fill up what it leaves.
+    fn add_first(&self, program: Program) {
+        self.lock().programs.push_front(program);
+        self.changed.notify_all();
+    }
+
     /// Ends the queue: runners that find it empty return.
     fn complete(&self) {
         self.lock().is_complete = true;
@@ -154,7 +160,7 @@ pub(crate) fn build_and_run(
             None => println!("{line}"),
         });
         for program in held {
-            queue.add(program);
+            queue.add_first(program);
         }
         let is_built = built.map(|status| status.success());
         let rest = is_built.and_then(|is_built| Ok(meanwhile(&output)? && is_built));
