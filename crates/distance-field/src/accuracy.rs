@@ -46,12 +46,11 @@ pub(crate) struct AccuracyParams {
 /// Compares a field with exact distances; `None` where there is nothing to compare.
 pub(crate) fn accuracy(
     field: &DistanceField,
-    surface: &TriangleSurface,
-    x: Positions<'_>,
     groups: &FaceGroups<'_>,
     params: AccuracyParams,
     progress: Progress<'_>,
 ) -> Result<Option<Accuracy>, Interrupted> {
+    let FaceGroups { surface, x, .. } = *groups;
     let spacing = field.grid().spacing();
     let inward = if params.is_inverted { 1.0 } else { -1.0 };
     let depth = inward * THIN * spacing;

@@ -270,7 +270,7 @@ impl DistanceField {
     ) -> Result<(), FieldError> {
         let (near, deep) = (progress.part(0.0, 0.5), progress.part(0.5, 1.0));
         let groups = FaceGroups::new(surface, x);
-        let Some(accuracy) = accuracy(self, surface, x, &groups, params, near)? else {
+        let Some(accuracy) = accuracy(self, &groups, params, near)? else {
             return Ok(());
         };
         self.report.measured_error = Some(accuracy.error);

@@ -9,10 +9,11 @@ const GROUP: usize = 16;
 
 /// Faces of a surface in groups.
 pub(crate) struct FaceGroups<'a> {
-    surface: &'a TriangleSurface,
-    x: Positions<'a>,
-    /// Boxes of the groups, and of as many groups each.
+    pub(crate) surface: &'a TriangleSurface,
+    pub(crate) x: Positions<'a>,
+    /// Boxes of the groups.
     bounds: Vec<Aabb>,
+    /// Boxes of [`GROUP`] groups each.
     larger: Vec<Aabb>,
 }
 

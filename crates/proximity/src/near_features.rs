@@ -11,7 +11,8 @@ use surface::{
 use crate::SurfaceTree;
 use crate::distance::are_farther;
 
-/// Pairs of faces of which one thread finds the features, where several share them. Fewer take longer to hand over.
+/// Pairs of faces of which one thread finds the features, where several share them. Below, handing them over takes
+/// longer; above, threads wait for each other.
 const SHARED_PAIRS: usize = 4096;
 
 /// Point of a surface, as weights of up to three vertices.
@@ -55,17 +56,9 @@ impl NearFeatures {
             pairs.push([face_a, face_b]);
         });
 
-        // In the order of the pairs, whatever thread was first.
+        // On one thread, without lists between.
         if pairs.len() > SHARED_PAIRS && parallel::threads() > 1 {
-            let parts: Vec<&[[u32; 2]]> = pairs.chunks(SHARED_PAIRS).collect();
-            let lists = parallel::map(parts.len(), |part| {
-                let mut found = Vec::new();
-                for faces in parts[part] {
-                    add_features([a, b], *faces, max_distance, &mut found);
-                }
-                found
-            });
-            for mut list in lists {
+            for mut list in features_by_parts([a, b], &pairs, max_distance) {
                 found.append(&mut list);
             }
         } else {
@@ -74,6 +67,22 @@ impl NearFeatures {
             }
         }
     }
+}
+
+/// Lists the features of pairs of faces in parts that threads share, in the order of the pairs.
+fn features_by_parts(
+    bodies: [&SurfaceTree; 2],
+    pairs: &[[u32; 2]],
+    max_distance: f64,
+) -> Vec<Vec<NearFeatures>> {
+    let parts: Vec<&[[u32; 2]]> = pairs.chunks(SHARED_PAIRS).collect();
+    parallel::map(parts.len(), |part| {
+        let mut found = Vec::new();
+        for faces in parts[part] {
+            add_features(bodies, *faces, max_distance, &mut found);
+        }
+        found
+    })
 }
 
 /// Adds the features of two faces: vertices of each against the other one, then edges against edges.
@@ -201,21 +210,25 @@ mod tests {
     use super::*;
 
     #[test]
-    fn several_threads_list_the_same_features() {
+    fn parts_list_the_features_of_the_whole() {
         let tree = |height: f64| {
             let ball = shapes::icosphere(3.0, 3).translated(height * DVec3::Z);
             SurfaceTree::new(ball.surface(), ball.positions).expect("a tree")
         };
         let (a, b, workspace) = (tree(0.0), tree(6.1), Workspace::default);
-        let mut pairs = 0;
-        a.tree().pairs(b.tree(), 1.5, &mut workspace(), |_, _| pairs += 1);
-        assert!(pairs > 2 * SHARED_PAIRS, "{pairs} pairs are for one thread");
+        let mut pairs = Vec::new();
+        a.tree().pairs(b.tree(), 1.5, &mut workspace(), |p, q| pairs.push([p, q]));
+        let parts = features_by_parts([&a, &b], &pairs, 1.5);
+        assert!(parts.len() > 2, "{} pairs are for one thread", pairs.len());
+
         let find = || {
             let mut found = Vec::new();
             NearFeatures::find(&a, &b, 1.5, &mut workspace(), &mut found);
             found
         };
-        assert_eq!(find(), parallel::on_calling_thread(find));
+        let whole = parallel::on_calling_thread(find);
+        assert_eq!(parts.concat(), whole);
+        assert_eq!(find(), whole);
     }
 
     #[test]

@@ -58,7 +58,7 @@ impl NearPair {
         depth
     }
 
-    /// Returns the relative time that takes all that is near.
+    /// Returns the relative time of work on all that is near.
     pub(crate) fn cost(&self) -> f64 {
         let near = self.report.a_against_b.near.len() + self.report.b_against_a.near.len();
         as_f64(near + self.report.crossing_faces.len())

@@ -387,18 +387,11 @@ impl<'a> Run<'a> {
         f: impl Fn(&mut Tissue, &SurfaceTree, Progress<'_>) -> Result<(), Interrupted> + Sync + Send,
     ) -> Result<(), Interrupted> {
         let (progress, bodies) = (self.round_progress(), self.scene.bodies());
-        parallel::try_for_each_costly_first(
-            &mut self.tissues,
-            |_, tissue| tissue.cost(),
-            |number, tissue| {
-                progress.report(0.0)?;
-                if tissue.is_rigid {
-                    Ok(())
-                } else {
-                    f(tissue, fitted_tree(&bodies[number]), progress)
-                }
-            },
-        )
+        let cost = |_: usize, tissue: &Tissue| tissue.cost();
+        parallel::try_for_each_costly_first(&mut self.tissues, cost, |number, tissue| {
+            progress.report(0.0)?;
+            if tissue.is_rigid { Ok(()) } else { f(tissue, fitted_tree(&bodies[number]), progress) }
+        })
     }
 
     /// Moves soft bodies back to the best round.

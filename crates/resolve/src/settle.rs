@@ -139,11 +139,8 @@ impl Tissue {
             let length = displacement.length();
             if length > distance && self.is_free(vertex) {
                 let back = -*displacement / length;
-                rows.push(GapRow::new(
-                    Terms::from_iter([(first + vertex, 1.0)]),
-                    back,
-                    length - limit,
-                ));
+                let terms = Terms::from_iter([(first + vertex, 1.0)]);
+                rows.push(GapRow::new(terms, back, length - limit));
             }
         }
         rows

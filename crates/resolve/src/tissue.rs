@@ -172,7 +172,7 @@ impl Tissue {
         self.volume.is_some_and(|volume| volume < 0.0)
     }
 
-    /// Returns the relative time that takes all that is done with the body.
+    /// Returns the relative time of work on the body.
     pub(crate) fn cost(&self) -> f64 {
         as_f64(self.rest.len())
     }

@@ -28,7 +28,8 @@ pub(crate) const MAX_CORRECTION: f64 = 0.125;
 /// Maximum number of planes per task, each of which copies the planes beside its own.
 const SLAB: usize = 32;
 
-/// Nodes of a row that are left as they are where all are beyond the limit.
+/// Nodes of a row that are compared with the limit together. Fewer take a branch more often; of more, some are within
+/// the limit more often.
 const RUN: usize = 16;
 
 /// Replaces signed distances by the coefficients of a quasi-interpolation, where they and all
@@ -92,8 +93,8 @@ impl Filter {
         std::mem::swap(&mut self.below, &mut self.here);
     }
 
-    /// Writes the coefficients of nodes in a row, the first of which is given. Most nodes are beyond the limit,
-    /// and so are those around them.
+    /// Writes the coefficients of nodes in a row, the first of which is given. Nodes beyond the limit stay as they
+    /// are, which most runs of them are as a whole.
     #[inline]
     fn row(&self, first: usize, above: &[f32], out: &mut [f32]) {
         for (start, out) in (first..).step_by(RUN).zip(out.chunks_mut(RUN)) {

@@ -27,7 +27,7 @@ struct Linked {
 }
 
 /// Rows and bonds with where particles occur in them, and the parts that these connect.
-struct Tied {
+struct Coupled {
     rows: Vec<GapRow>,
     in_rows: Occurrences,
     bonds: Vec<RelaxedBond>,
@@ -36,13 +36,17 @@ struct Tied {
 }
 
 impl Relaxation {
+    /// Sets up a problem at the displacements `u` of all particles. The `penalty` is the stiffness of each row's
+    /// augmented term, relative to what it moves.
     pub(super) fn new(problem: ElasticProblem, u: &[DVec3], penalty: f64) -> Self {
         let ElasticProblem { particles: active, links, rows, bonds, missing_volumes } = problem;
         let numbering = Numbering::new(&active, u.len());
-        let (linked, tied) =
-            parallel::join(|| numbering.link(&links, u), || numbering.tie(rows, &bonds, u));
+        let (linked, coupled) =
+            parallel::join(|| numbering.link(&links, u), || numbering.couple(rows, &bonds, u));
         let Linked { mut particles, links, mut graph } = linked;
-        let Tied { rows, in_rows, bonds, in_bonds, graph: of_terms } = tied;
+        let Coupled { rows, in_rows, bonds, in_bonds, graph: of_terms } = coupled;
+
+        // What holds each particle is known from both.
         for (i, particle) in particles.iter_mut().enumerate() {
             (particle.rows_end, particle.bonds_end) = (in_rows.ends[i], in_bonds.ends[i]);
             for bond in in_bonds.of(i) {
@@ -125,7 +129,7 @@ impl<'a> Numbering<'a> {
 
     /// Lists where active particles occur in rows and bonds. Particles that are not active do not change an
     /// opening.
-    fn tie(&self, mut rows: Vec<GapRow>, bonds: &[Bond], u: &[DVec3]) -> Tied {
+    fn couple(&self, mut rows: Vec<GapRow>, bonds: &[Bond], u: &[DVec3]) -> Coupled {
         let numbers = &self.numbers;
         for row in &mut rows {
             row.keep_active(|particle| numbers[particle as usize] != INACTIVE, u);
@@ -146,7 +150,7 @@ impl<'a> Numbering<'a> {
         }
         let terms = rows.iter().map(|row| &row.terms).chain(bonds.iter().map(|bond| &bond.terms));
         let graph = self.connect(terms);
-        Tied { rows, in_rows, bonds: relaxed, in_bonds, graph }
+        Coupled { rows, in_rows, bonds: relaxed, in_bonds, graph }
     }
 
     /// Connects the parts that have rows or bonds in common.
