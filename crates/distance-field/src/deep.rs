@@ -14,7 +14,7 @@ use surface::progress::{Interrupted, Progress};
 use crate::accuracy::{MAX_HEIGHT, quasirandom};
 use crate::face_groups::FaceGroups;
 use crate::num::coordinate;
-use crate::{DistanceField, Interpolation, MeasuredError};
+use crate::{DistanceField, Interpolation, MeasuredError, Storage};
 
 /// Points that are drawn per sample.
 ///
@@ -74,13 +74,20 @@ fn creases(field: &DistanceField, count: usize, truncation: f64) -> Vec<DeepSamp
     let cells = DVec3::from_array(grid.dims().map(|n| coordinate(n.saturating_sub(1))));
     let min_height = MAX_HEIGHT * grid.spacing();
 
+    // Values at the truncation are stored rounded, and then less than it.
+    let step = match field.storage() {
+        Storage::Float => 0.0,
+        Storage::Quantized { step } => step,
+    };
+    let least_truncated = (1.0 - f64::from(f32::EPSILON)) * truncation - 0.5 * step;
+
     let mut samples = Vec::new();
     for n in 0..count * DRAWN_PER_SAMPLE {
         let cell = (quasirandom(n) * cells).floor() + 0.5;
         let point = grid.origin() + cell * grid.spacing();
         let Some(found) = field.evaluate(point, Interpolation::Trilinear) else { continue };
         let value = found.distance.abs();
-        if value > min_height && value < truncation {
+        if value > min_height && value < least_truncated {
             samples.push(DeepSample { point, value, slope: found.gradient.length() });
         }
     }

@@ -302,6 +302,29 @@ fn nothing_jumps_along_a_way() {
     }
 }
 
+/// The measured error does not depend on how truncated values are rounded: no sample is where nothing but the truncation is
+/// stored.
+#[test]
+fn the_measured_deep_error_is_the_same_in_any_unit() {
+    let ball = fixtures::shapes::icosphere(8.0, 3);
+    let measured = |unit: f64, step: Option<f64>| {
+        let storage = step.map_or(Storage::Float, |step| Storage::Quantized { step: unit * step });
+        let params = FieldParams { storage, ..FieldParams::new(0.5 * unit) };
+        let field = build(&ball.clone().mapped(|p| unit * p), &params).expect("a ball fits");
+        field.report().measured_deep_error.expect("a ball has a middle").max / unit
+    };
+    let expected = measured(1.0, None);
+    assert!(expected > 0.02, "{expected}");
+    for unit in [1e-3, 0.1, 0.3, 0.7, 25.4] {
+        let found = measured(unit, None);
+        assert!((found - expected).abs() < 1e-3 * expected, "{found} in {unit}, not {expected}");
+    }
+    for step in [0.011, 0.017, 0.021] {
+        let found = measured(1.0, Some(step));
+        assert!((found - expected).abs() < step, "{found} by {step}, not {expected}");
+    }
+}
+
 /// The measured error far from the surface covers that of 40,000 places all over the grid, nearly:
 /// at most a hundredth of them exceed it, and none by more than half.
 #[test]
