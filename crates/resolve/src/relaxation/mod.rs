@@ -76,10 +76,6 @@ struct Relaxation {
     /// Links to other active particles, by their numbers.
     links: Vec<(u32, f64)>,
     rows: Vec<RelaxedRow>,
-    /// Force of each row that its multiplier adds.
-    multipliers: Vec<SharedNumber>,
-    /// Opening of each row by the present displacements.
-    openings: Vec<SharedNumber>,
     in_rows: Vec<Occurrence>,
     bonds: Vec<RelaxedBond>,
     in_bonds: Vec<Occurrence>,
@@ -108,7 +104,8 @@ struct RelaxedParticle {
     bonds_end: usize,
 }
 
-/// Row of a gap, as sweeps read it.
+/// Row of a gap with its state: one line of the cache, since particles meet their rows in any order.
+#[repr(align(64))]
 struct RelaxedRow {
     /// Unit direction in which the gap opens.
     normal: DVec3,
@@ -116,6 +113,10 @@ struct RelaxedRow {
     missing: f64,
     /// Stiffness of the augmented term.
     penalty: f64,
+    /// Force that the multiplier adds.
+    multiplier: SharedNumber,
+    /// Opening by the present displacements.
+    opening: SharedNumber,
 }
 
 /// Stiffness of a bond, and its stretch at the present displacements.
@@ -125,10 +126,10 @@ struct RelaxedBond {
 }
 
 impl RelaxedRow {
-    /// Returns the force at an opening, for the multiplier of the row.
+    /// Returns the force at an opening.
     #[inline(always)]
-    fn force(&self, multiplier: f64, opening: f64) -> f64 {
-        (multiplier + self.penalty * (self.missing - opening)).max(0.0)
+    fn force(&self, opening: f64) -> f64 {
+        (self.multiplier.get() + self.penalty * (self.missing - opening)).max(0.0)
     }
 }
 
@@ -227,8 +228,8 @@ impl Relaxation {
         mut stiffness: DMat3,
     ) -> (DVec3, DMat3) {
         for &Occurrence { number, weight } in in_rows {
-            let (row, number) = (&self.rows[number as usize], number as usize);
-            let push = row.force(self.multipliers[number].get(), self.openings[number].get());
+            let row = &self.rows[number as usize];
+            let push = row.force(row.opening.get());
             if push > 0.0 {
                 force += push * weight * row.normal;
                 stiffness += outer(row.normal, row.penalty * weight * weight);
@@ -242,12 +243,11 @@ impl Relaxation {
     fn open_rows(&self, in_rows: &[Occurrence], step: DVec3) -> bool {
         let mut comes_into_force = false;
         for &Occurrence { number, weight } in in_rows {
-            let (row, number) = (&self.rows[number as usize], number as usize);
-            let (multiplier, before) =
-                (self.multipliers[number].get(), self.openings[number].get());
+            let row = &self.rows[number as usize];
+            let before = row.opening.get();
             let opening = before + weight * row.normal.dot(step);
-            self.openings[number].set(opening);
-            let [was, is] = [before, opening].map(|opening| row.force(multiplier, opening) > 0.0);
+            row.opening.set(opening);
+            let [was, is] = [before, opening].map(|opening| row.force(opening) > 0.0);
             comes_into_force |= is & !was;
         }
         comes_into_force
@@ -257,12 +257,11 @@ impl Relaxation {
     /// that is missing.
     fn update_multipliers(&self) -> f64 {
         let mut most: f64 = 0.0;
-        for ((row, multiplier), opening) in
-            self.rows.iter().zip(&self.multipliers).zip(&self.openings)
-        {
-            multiplier.set(row.force(multiplier.get(), opening.get()));
+        for row in &self.rows {
+            let opening = row.opening.get();
+            row.multiplier.set(row.force(opening));
             if row.penalty > 0.0 {
-                most = most.max(row.missing - opening.get());
+                most = most.max(row.missing - opening);
             }
         }
         for (part, gained) in self.parts.iter().zip(&self.gained) {

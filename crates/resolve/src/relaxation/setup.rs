@@ -65,8 +65,6 @@ impl Relaxation {
         Self {
             u: particles.iter().map(displaced).collect(),
             links,
-            openings: rows.iter().map(|_| SharedNumber::default()).collect(),
-            multipliers: rows.iter().map(|_| SharedNumber::default()).collect(),
             rows: relaxed_rows(&rows, &particles, &numbers, penalty),
             particles,
             in_rows: in_rows.all,
@@ -181,7 +179,9 @@ fn relaxed_rows(
             }
         }
         let penalty = if compliance > 0.0 { penalty / compliance } else { 0.0 };
-        relaxed.push(RelaxedRow { normal: *normal, missing: *missing, penalty });
+        let (multiplier, opening) = (SharedNumber::default(), SharedNumber::default());
+        let (normal, missing) = (*normal, *missing);
+        relaxed.push(RelaxedRow { normal, missing, penalty, multiplier, opening });
     }
     relaxed
 }
