@@ -79,13 +79,8 @@ impl Job<'_> {
         drop(phase);
         outputs.stage(&self.folder.join(Series::FILE_NAME), series.to_pvd())?;
 
-        let document = ResolvedDocument::new(
-            self.unit,
-            self.params.gap,
-            scene,
-            self.conditions.ties.len(),
-            frames,
-        );
+        let document =
+            ResolvedDocument::new(self.unit, self.params.gap, scene, &self.conditions, frames);
         outputs.stage_json(self.json, &document)?;
         let text = document.to_text() + &rest_text(replay.resting());
         Ok(Finished { outputs, text, holds: document.resolved, stopwatch })

@@ -1,10 +1,12 @@
 //! Report of overlap removal in every frame of a motion.
 
 use musculo_collide::{
-    DepthBracket, DistanceBracket, Remaining, Resolution, ResolveParams, Scene, ShortGap,
+    Conditions, DepthBracket, DistanceBracket, Remaining, Resolution, ResolveParams, Scene,
+    ShortGap,
 };
 use serde::Serialize;
 
+use super::attachment_record::AttachmentRecord;
 use super::resolution::{
     gap_obstacle_text, ignored_pairs, left_out_text, obstacle_text, remaining_text,
 };
@@ -24,6 +26,8 @@ pub(crate) struct ResolvedDocument {
     /// Pairs that the gap is not asked of, in words.
     #[serde(skip)]
     left_out: String,
+    /// Ties and fixed vertices of soft bodies of pairs that do not come apart in some frame.
+    attachments: Vec<AttachmentRecord>,
     frames: Vec<ResolvedFrame>,
 }
 
@@ -160,6 +164,12 @@ impl ResolvedFrame {
 }
 
 impl ResolvedFrame {
+    /// Returns true if a pair of a body overlaps, or is not proved to keep the gap.
+    fn is_left(&self, body: &str) -> bool {
+        self.remaining.iter().any(|pair| body == pair.a || body == pair.b)
+            || self.short_gaps.iter().any(|pair| body == pair.a || body == pair.b)
+    }
+
     /// Writes the number of rounds, after that of an earlier one whose state is kept.
     fn rounds_text(&self) -> String {
         if self.final_round < self.rounds {
@@ -200,17 +210,19 @@ impl ShortGapRecord {
 }
 
 impl ResolvedDocument {
-    /// Gathers the frames of a scene with some tied pairs.
+    /// Gathers the frames of a scene under conditions.
     pub(crate) fn new(
         unit: Unit,
         gap: f64,
         scene: &Scene,
-        tied: usize,
+        conditions: &Conditions,
         frames: Vec<ResolvedFrame>,
     ) -> Self {
         let resolved = frames.iter().all(|frame| frame.resolved);
-        let left_out = left_out_text(tied, ignored_pairs(scene).len());
-        Self { unit, gap, resolved, left_out, frames }
+        let left_out = left_out_text(conditions.ties.len(), ignored_pairs(scene).len());
+        let is_left = |name: &str| frames.iter().any(|frame| frame.is_left(name));
+        let attachments = AttachmentRecord::list(conditions, scene, is_left);
+        Self { unit, gap, resolved, left_out, attachments, frames }
     }
 
     /// Writes one line per frame, the pairs that are left with their reasons, and a summary.
@@ -235,6 +247,9 @@ impl ResolvedDocument {
             }
         }
 
+        for attachment in &self.attachments {
+            text += &format!("{}.\n", attachment.text());
+        }
         text += &self.summary();
         if self.gap > 0.0 && self.resolved {
             text += &format!(

@@ -3,6 +3,8 @@
 use std::path::PathBuf;
 
 use crate::support::{Workshop, obj};
+use fixtures::shapes::plate;
+use glam::DVec3;
 use serde_json::Value;
 
 const THIGH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/thigh/scene.toml");
@@ -250,6 +252,37 @@ fn resolved_frames_are_the_same_bytes_for_any_number_of_threads() {
     };
     let one = files("1");
     assert!(!one.is_empty() && one == files("3"));
+}
+
+/// A muscle between two bones that leave less room than it is thick, and which it is tied to; one of them is away in
+/// the second frame.
+#[test]
+fn what_holds_a_body_that_does_not_come_apart_is_named() {
+    let workshop = Workshop::new();
+    let mut scene = "motion = \"up.json\"\n".to_owned();
+    for (name, height, kind) in
+        [("lower", -1.7, "rigid"), ("muscle", 0.0, "deformable"), ("upper", 0.35, "rigid")]
+    {
+        let slab = plate(DVec3::new(12.0, 12.0, 2.0), [6; 2]).translated(height * DVec3::Z);
+        workshop.write(&format!("{name}.obj"), obj(&slab));
+        scene += &format!("[[body]]\nfile = \"{name}.obj\"\nkind = \"{kind}\"\n");
+    }
+    scene += "[[tie]]\na = \"lower\"\nb = \"muscle\"\nwithin = 0.5\n";
+    workshop.write("tied.toml", scene);
+    let up = REST.replace("0,0,1,0, 0,0,0,1", "0,0,1,9, 0,0,0,1");
+    workshop
+        .write("up.json", format!("{{\"frames\": [{{\"upper\": {REST}}}, {{\"upper\": {up}}}]}}"));
+
+    let arguments = ["tied.toml", "--resolve", "apart", "--gap", "0.05", "--json", "m.json"];
+    let run = workshop.run("motion", &arguments);
+    assert_eq!(run.status, 1, "{}{}", run.stdout, run.stderr);
+    let line = "muscle is tied to lower: what is held there cannot give way.\n";
+    assert!(run.stdout.contains(line), "{}", run.stdout);
+    let document = json(&workshop, "m.json");
+    let resolved = |frame: usize| document["frames"][frame]["resolved"].as_bool().unwrap();
+    assert_eq!([resolved(0), resolved(1)], [false, true], "{document}");
+    assert_eq!(document["attachments"][0]["tied_to"][0], "lower", "{document}");
+    assert_eq!(document["attachments"].as_array().unwrap().len(), 1, "{document}");
 }
 
 /// The needle is 0.806 above the plate, then 0.306. Both are rigid.
