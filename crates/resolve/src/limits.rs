@@ -1,11 +1,12 @@
-//! Limits on the change of bodies: only states within them are accepted.
+//! Limits on the change of bodies: only states within them are accepted, and none is kept that is deeper than the
+//! start.
 
-use scene::BodyId;
+use scene::{BodyId, PairReport};
 use surface::progress::Interrupted;
 
 use crate::ResolveError;
-use crate::resolution::BrokenLimit;
-use crate::run::{AcceptedState, Run};
+use crate::resolution::{BrokenLimit, total_depth};
+use crate::run::{AcceptedState, DEPTH_BRACKET, Run, check, detection_margin};
 use crate::tissue::{Damage, Tissue, fitted_tree};
 
 /// Accepted states that are kept, to return to where rounding breaks a limit. Below, the start is
@@ -78,6 +79,27 @@ impl Run<'_> {
             is_within = state.is_none() || self.broken_limits(true)?.is_empty();
         }
         Ok((broken, round))
+    }
+
+    /// Detects the state of a round in full, and goes back to the start where as many pairs overlapped less deeply in
+    /// all: rounds compare vertices and edges, and faces may be deeper between these. Returns the overlaps with
+    /// their round.
+    pub(crate) fn detect_end(
+        &mut self,
+        round: usize,
+    ) -> Result<(Vec<PairReport>, usize), ResolveError> {
+        let margin = detection_margin(&self.params);
+        let width = DEPTH_BRACKET * self.params.tolerance;
+        let after = check(self.scene, margin, width, self.round_progress())?;
+        let overlaps = |reports: &[PairReport]| reports.iter().filter(|it| it.overlaps).count();
+        if overlaps(&after) < overlaps(&self.before)
+            || total_depth(&after).lower <= total_depth(&self.before).upper
+        {
+            return Ok((after, round));
+        }
+        self.place_all(None)?;
+        self.round_positions()?;
+        Ok((check(self.scene, margin, width, self.round_progress())?, 0))
     }
 
     /// Returns true if no body is beyond its limits after a round that was assessed.

@@ -345,6 +345,16 @@ pub(crate) fn deepest(reports: &[PairReport]) -> Option<DepthBracket> {
     max_bracket(reports.iter().filter_map(PairReport::max_depth))
 }
 
+/// Brackets the sum of the depths of all overlaps, of surfaces.
+pub(crate) fn total_depth(reports: &[PairReport]) -> DepthBracket {
+    let mut total = DepthBracket::default();
+    for depth in reports.iter().filter_map(PairReport::max_depth) {
+        total.lower += depth.lower;
+        total.upper += depth.upper;
+    }
+    total
+}
+
 /// Brackets the largest of some depths.
 pub(crate) fn max_bracket(depths: impl Iterator<Item = DepthBracket>) -> Option<DepthBracket> {
     depths.reduce(|p, q| DepthBracket { lower: p.lower.max(q.lower), upper: p.upper.max(q.upper) })

@@ -38,7 +38,8 @@ pub struct Round {
     pub merit: f64,
     /// True if the round is better than all accepted before, no pair overlaps anew in it, and no
     /// body is beyond its limits. The scene is given the last of these, and the best round if
-    /// [`keep_going`](crate::ResolveParams::keep_going) asks for it.
+    /// [`keep_going`](crate::ResolveParams::keep_going) asks for it; the start, where as many pairs overlapped
+    /// less deeply between their vertices.
     pub is_accepted: bool,
 }
 

@@ -24,7 +24,7 @@ use crate::{Conditions, GapRound, ResolveError, ResolveParams};
 
 /// Width of the brackets on depths that decide \[tolerances\]. Below, near-coincident surfaces
 /// take long; above, depths just within the tolerance count as deeper.
-const DEPTH_BRACKET: f64 = 0.125;
+pub(crate) const DEPTH_BRACKET: f64 = 0.125;
 
 /// Distance below which two features touch and have no direction of their own \[the gap, or the
 /// clearance where overlaps are pushed apart\]. Below, directions are of rounding; above, they are those of faces.
@@ -213,9 +213,7 @@ impl<'a> Run<'a> {
         }
 
         // The final state, detected in full, decides by the depth of surfaces.
-        let margin = detection_margin(&self.params);
-        let width = DEPTH_BRACKET * self.params.tolerance;
-        let after = check(self.scene, margin, width, self.round_progress())?;
+        let (after, final_round) = self.detect_end(final_round)?;
         self.rounds[final_round].surface_depth = deepest(&after);
         let overlapping: Vec<PairId> =
             after.iter().filter(|report| report.overlaps).map(|report| report.pair).collect();

@@ -2,8 +2,8 @@
 
 use fixtures::shapes;
 use glam::DVec3;
-use resolve::{GapObstacle, Obstacle, Resolution, ResolveParams};
-use scene::{BodyKind, Scene};
+use resolve::{Conditions, GapObstacle, Obstacle, Resolution, ResolveParams, Resolver, Tie};
+use scene::{BodyKind, PairReport, Scene};
 use surface::progress::Progress;
 
 use crate::{PARAMS, scene_of};
@@ -114,4 +114,32 @@ fn a_squeeze_without_room_is_named_with_its_numbers() {
     let [room, thickness, gap] = squeezed.expect("between two bones");
     assert!((room - 1.0).abs() < 0.05 && gap > 0.0, "{room}");
     assert!(thickness > 1.0 && thickness <= 4.0, "{thickness}");
+}
+
+#[test]
+fn no_state_is_kept_in_which_faces_are_deeper_than_at_the_start() {
+    // Faces as long as the muscle is thick: their corners come out by a third of a millimeter, and their middles go in.
+    let slab = |height: f64| {
+        shapes::plate(DVec3::new(12.0, 12.0, 2.0), [6; 2]).translated(height * DVec3::Z)
+    };
+    let mut scene = scene_of([
+        ("below", BodyKind::Rigid, slab(-1.08)),
+        ("muscle", BodyKind::Deformable, slab(0.0)),
+        ("above", BodyKind::Rigid, slab(1.08)),
+    ]);
+    let ids: Vec<_> = scene.ids().collect();
+    let tie = Tie { bodies: [ids[0], ids[1]], distance: 1.5 };
+    let conditions = Conditions { ties: vec![tie], ..Conditions::default() };
+    let params = ResolveParams { gap: 0.05, ..ResolveParams::with_smoothing(3.464) };
+    let mut resolver = Resolver::new(params).expect("parameters").with_conditions(conditions);
+    let resolution = resolver.resolve(&mut scene, Progress::none()).expect("a resolution");
+
+    let [start, round] = [0, 1].map(|round| resolution.rounds[round].max_depth);
+    assert!(round < 0.5 * start && resolution.gap_rounds.iter().any(|round| round.is_accepted));
+    assert_eq!((resolution.resolved, resolution.final_round), (false, 0));
+    let total = |reports: &[PairReport]| {
+        reports.iter().filter_map(PairReport::max_depth).map(|depth| depth.lower).sum::<f64>()
+    };
+    let [before, after] = [total(&resolution.before), total(&resolution.after)];
+    assert!(after > 1.8 && after <= before + 0.1, "{before} {after}");
 }
