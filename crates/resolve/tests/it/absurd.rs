@@ -118,7 +118,7 @@ fn a_squeeze_without_room_is_named_with_its_numbers() {
 
 #[test]
 fn no_state_is_kept_in_which_faces_are_deeper_than_at_the_start() {
-    // Faces as long as the muscle is thick: their corners come out by a third of a millimeter, and their middles go in.
+    // Faces as long as the muscle is thick: corners come out to a third of their depth, and what is between goes in.
     let slab = |height: f64| {
         shapes::plate(DVec3::new(12.0, 12.0, 2.0), [6; 2]).translated(height * DVec3::Z)
     };
