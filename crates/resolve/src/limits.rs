@@ -81,25 +81,25 @@ impl Run<'_> {
         Ok((broken, round))
     }
 
-    /// Detects the state of a round in full, and goes back to the start where as many pairs overlapped less deeply in
-    /// all: rounds compare vertices and edges, and faces may be deeper between these. Returns the overlaps with
-    /// their round.
+    /// Detects the state of a round in full, and goes back to the start where that was better: rounds compare
+    /// vertices and edges, and faces may be deeper between these. Returns the overlaps with their round.
     pub(crate) fn detect_end(
         &mut self,
         round: usize,
     ) -> Result<(Vec<PairReport>, usize), ResolveError> {
-        let margin = detection_margin(&self.params);
-        let width = DEPTH_BRACKET * self.params.tolerance;
-        let after = check(self.scene, margin, width, self.round_progress())?;
-        let overlaps = |reports: &[PairReport]| reports.iter().filter(|it| it.overlaps).count();
-        if overlaps(&after) < overlaps(&self.before)
-            || total_depth(&after).lower <= total_depth(&self.before).upper
-        {
+        let after = self.detect_in_full()?;
+        if !is_deeper(&after, &self.before) {
             return Ok((after, round));
         }
         self.place_all(None)?;
         self.round_positions()?;
-        Ok((check(self.scene, margin, width, self.round_progress())?, 0))
+        Ok((self.detect_in_full()?, 0))
+    }
+
+    /// Detects all contacts of the present state, and measures its overlaps.
+    fn detect_in_full(&mut self) -> Result<Vec<PairReport>, ResolveError> {
+        let margin = detection_margin(&self.params);
+        check(self.scene, margin, DEPTH_BRACKET * self.params.tolerance, self.round_progress())
     }
 
     /// Returns true if no body is beyond its limits after a round that was assessed.
@@ -179,6 +179,12 @@ impl Run<'_> {
     }
 }
 
+/// Returns true if no fewer pairs overlap than before, and certainly deeper in all.
+fn is_deeper(after: &[PairReport], before: &[PairReport]) -> bool {
+    let overlaps = |reports: &[PairReport]| reports.iter().filter(|it| it.overlaps).count();
+    overlaps(after) >= overlaps(before) && total_depth(after).lower > total_depth(before).upper
+}
+
 #[cfg(test)]
 mod tests {
     use fixtures::shapes;
@@ -188,6 +194,34 @@ mod tests {
 
     use super::*;
     use crate::{Conditions, ResolveParams};
+
+    /// Detects the overlaps of balls of radius 5 in a row, each as deep in the one before as given.
+    fn overlaps(depths: [f64; 2]) -> Vec<PairReport> {
+        let (mut scene, mut x) = (Scene::new(), 0.0);
+        for (number, depth) in [0.0].into_iter().chain(depths).enumerate() {
+            x += 10.0 - depth;
+            let ball = shapes::icosphere(5.0, 3).translated(x * DVec3::X);
+            let added =
+                scene.add(number.to_string(), BodyKind::Rigid, ball.surface(), ball.positions);
+            added.expect("a ball");
+        }
+        check(&mut scene, 0.1, 0.01, Progress::none()).expect("reports")
+    }
+
+    #[test]
+    fn fewer_pairs_are_not_deeper_and_as_many_are_by_their_sum() {
+        let before = overlaps([0.5, 1.0]);
+        assert_eq!(before.iter().filter(|report| report.overlaps).count(), 2);
+        for (depths, expected) in [
+            ([0.5, 1.0], false),
+            ([1.3, 0.1], false),
+            ([1.6, 0.3], true),
+            ([0.9, 0.9], true),
+            ([2.0, -1.0], false),
+        ] {
+            assert_eq!(is_deeper(&overlaps(depths), &before), expected, "{depths:?}");
+        }
+    }
 
     /// A thin body whose upper side is pressed toward its lower one, and through it: nothing is
     /// broken but that it crosses itself.

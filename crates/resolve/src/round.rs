@@ -38,8 +38,8 @@ pub struct Round {
     pub merit: f64,
     /// True if the round is better than all accepted before, no pair overlaps anew in it, and no
     /// body is beyond its limits. The scene is given the last of these, and the best round if
-    /// [`keep_going`](crate::ResolveParams::keep_going) asks for it; the start, where as many pairs overlapped
-    /// less deeply between their vertices.
+    /// [`keep_going`](crate::ResolveParams::keep_going) asks for it. The start
+    /// comes before either where no fewer pairs overlap than there, and deeper in all.
     pub is_accepted: bool,
 }
 

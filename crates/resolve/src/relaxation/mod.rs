@@ -104,8 +104,7 @@ struct RelaxedParticle {
     bonds_end: usize,
 }
 
-/// Row of a gap with its state: one line of the cache, since particles meet their rows in any order.
-#[repr(align(64))]
+/// Row of a gap with its state.
 struct RelaxedRow {
     /// Unit direction in which the gap opens.
     normal: DVec3,
