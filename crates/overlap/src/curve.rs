@@ -13,6 +13,8 @@ use proximity::SurfaceTree;
 use surface::progress::{Interrupted, Progress};
 use surface::{NO_EDGE, PerturbedMeeting, Stretch, StretchEnd, meet_perturbed, passing_share};
 
+use crate::cut_edges::CutEdges;
+
 /// Pairs of faces between two polls for interruption: a few milliseconds at most.
 const POLL_INTERVAL: u32 = 1024;
 
@@ -23,13 +25,15 @@ pub(crate) struct Curve {
     pub(crate) stretches: Vec<CurveStretch>,
     /// Passings by their names, ascending.
     pub(crate) passings: Vec<Passing>,
-    /// Edges that are passed, of A and of B, ascending.
-    pub(crate) cut_edges: [Vec<CutEdge>; 2],
+    /// Edges that are passed, of A and of B.
+    pub(crate) cut_edges: [CutEdges; 2],
     /// Faces that are cut, of A and of B, ascending.
     pub(crate) cut_faces: [Vec<u32>; 2],
     /// Pairs of faces that lie in one plane, ascending.
     pub(crate) coplanar: Vec<CoplanarPair>,
     crossings: Vec<([u32; 2], Stretch)>,
+    /// Ends of all stretches in the order of these.
+    unsorted_ends: Vec<NamedEnd>,
     /// Ends of all stretches by their names, ascending.
     ends: Vec<NamedEnd>,
     visited: Vec<bool>,
@@ -71,17 +75,6 @@ pub(crate) struct PassingName {
     pub(crate) face: u32,
 }
 
-/// An edge with its passings.
-#[derive(Clone, Debug)]
-pub(crate) struct CutEdge {
-    pub(crate) edge: u32,
-    /// Its passings.
-    pub(crate) passings: Range<u32>,
-    /// Entering passings less leaving ones, along the edge from its lower-numbered end: the
-    /// difference of the winding numbers of its ends.
-    pub(crate) net: i32,
-}
-
 /// Two faces in one plane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct CoplanarPair {
@@ -94,7 +87,7 @@ pub(crate) struct CoplanarPair {
 }
 
 /// One end of one stretch, before equal names are joined.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug)]
 struct NamedEnd {
     name: PassingName,
     stretch: u32,
@@ -112,9 +105,9 @@ impl Curve {
         progress: Progress<'_>,
     ) -> Result<(), Interrupted> {
         self.find_crossings(bodies, candidates, progress)?;
-        self.name_ends(bodies);
+        self.list_stretches(bodies);
+        self.sort_ends(bodies);
         self.join_ends(bodies);
-        self.gather_edges();
         Ok(())
     }
 
@@ -141,13 +134,13 @@ impl Curve {
         }
 
         // The order of the faces is that of all sums, whatever order the candidates came in.
-        self.crossings.sort_unstable_by_key(|(faces, _)| *faces);
+        self.crossings.sort_unstable_by_key(|&(faces, _)| rank(faces));
         self.coplanar.sort_unstable();
         progress.report(0.0)
     }
 
-    /// Lists the stretches and the cut faces, and the ends by their names.
-    fn name_ends(&mut self, bodies: [&SurfaceTree; 2]) {
+    /// Lists the stretches and the cut faces, and names the ends of the stretches.
+    fn list_stretches(&mut self, bodies: [&SurfaceTree; 2]) {
         for (side, cut_faces) in self.cut_faces.iter_mut().enumerate() {
             cut_faces.clear();
             for (faces, _) in &self.crossings {
@@ -158,53 +151,60 @@ impl Curve {
         }
 
         self.stretches.clear();
-        self.ends.clear();
+        self.unsorted_ends.clear();
         for (stretch, &(faces, Stretch { begin, end, is_tie })) in (0..).zip(&self.crossings) {
             self.stretches.push(CurveStretch { faces, ends: [u32::MAX; 2], is_tie });
             for (end, at) in [(0, begin), (1, end)] {
                 let (name, enters) = named(at, bodies, faces);
-                self.ends.push(NamedEnd { name, stretch, end, enters });
+                self.unsorted_ends.push(NamedEnd { name, stretch, end, enters });
             }
         }
-        self.ends.sort_unstable();
+    }
+
+    /// Sorts the ends by their names: into the room of their edge, and there among a few.
+    fn sort_ends(&mut self, bodies: [&SurfaceTree; 2]) {
+        let Self { cut_edges, unsorted_ends, ends, .. } = self;
+        for (cut_edges, body) in cut_edges.iter_mut().zip(bodies) {
+            cut_edges.clear(body.surface().edges().len());
+        }
+        for NamedEnd { name, .. } in &*unsorted_ends {
+            cut_edges[usize::from(name.side)].count(name.edge);
+        }
+        let mut start = 0;
+        for cut_edges in cut_edges.iter_mut() {
+            start = cut_edges.make_room(start);
+        }
+
+        ends.clone_from(unsorted_ends);
+        for end in unsorted_ends {
+            ends[cut_edges[usize::from(end.name.side)].take_place(end.name.edge)] = *end;
+        }
+        for cut in cut_edges.iter().flat_map(CutEdges::as_slice) {
+            let ends = &mut ends[cut.passings.start as usize..cut.passings.end as usize];
+            ends.sort_unstable_by_key(|end| (end.name.face, end.stretch, end.end));
+        }
     }
 
     /// Makes one passing of the ends of equal names, which stand beside each other.
     fn join_ends(&mut self, bodies: [&SurfaceTree; 2]) {
         self.passings.clear();
-        let mut start = 0;
-        for ends in self.ends.chunk_by(|p, q| p.name == q.name) {
-            let NamedEnd { name, enters, .. } = ends[0];
-            let passing = index(self.passings.len());
-            for end in ends {
-                self.stretches[end.stretch as usize].ends[usize::from(end.end)] = passing;
+        for cut in self.cut_edges.iter_mut().flat_map(CutEdges::as_mut_slice) {
+            let mut start = cut.passings.start;
+            let ends = &self.ends[start as usize..cut.passings.end as usize];
+            cut.passings.start = index(self.passings.len());
+            for ends in ends.chunk_by(|p, q| p.name.face == q.name.face) {
+                let NamedEnd { name, enters, .. } = ends[0];
+                let passing = index(self.passings.len());
+                for end in ends {
+                    self.stretches[end.stretch as usize].ends[usize::from(end.end)] = passing;
+                }
+                let end = start + index(ends.len());
+                let share = share(name, bodies);
+                self.passings.push(Passing { name, enters, share, ends: start..end });
+                cut.net += if enters { 1 } else { -1 };
+                start = end;
             }
-            let end = start + index(ends.len());
-            self.passings.push(Passing {
-                name,
-                enters,
-                share: share(name, bodies),
-                ends: start..end,
-            });
-            start = end;
-        }
-    }
-
-    /// Gathers the passings of each edge, which stand beside each other.
-    fn gather_edges(&mut self) {
-        self.cut_edges.iter_mut().for_each(Vec::clear);
-
-        let mut start = 0;
-        for group in self.passings.chunk_by(is_same_edge) {
-            let end = start + index(group.len());
-            let PassingName { side, edge, .. } = group[0].name;
-            let mut net = 0;
-            for passing in group {
-                net += if passing.enters { 1 } else { -1 };
-            }
-            let cut = CutEdge { edge, passings: start..end, net };
-            self.cut_edges[usize::from(side)].push(cut);
-            start = end;
+            cut.passings.end = index(self.passings.len());
         }
     }
 
@@ -259,9 +259,9 @@ impl Curve {
     }
 }
 
-/// Returns true if two passings are of one edge.
-fn is_same_edge(p: &Passing, q: &Passing) -> bool {
-    (p.name.side, p.name.edge) == (q.name.side, q.name.edge)
+/// Returns a number that orders pairs as their entries do, in one comparison.
+fn rank([first, second]: [u32; 2]) -> u64 {
+    (u64::from(first) << 32) | u64::from(second)
 }
 
 /// Names an end of a stretch, with the sense in which the edge, run from its lower-numbered end,

@@ -12,7 +12,8 @@ use kdop::{Axis, Workspace};
 use proximity::SurfaceTree;
 use surface::{NO_EDGE, TriangleSurface, ray_crosses_triangle, ray_crosses_triangle_from_below};
 
-use crate::curve::{Curve, CutEdge, index};
+use crate::curve::{Curve, index};
+use crate::cut_edges::CutEdges;
 
 /// Vertices of one surface inside the other.
 #[derive(Debug, Default)]
@@ -21,21 +22,24 @@ pub(crate) struct Inside {
     pub(crate) vertices: Vec<InsideVertex>,
     /// One per cluster: the vertex that its fill began at.
     pub(crate) cluster_starts: Vec<u32>,
+    /// Faces whose corners are all inside, in one cluster and of one winding number, cluster after
+    /// cluster.
+    faces: Vec<u32>,
+    /// One per cluster: where its vertices and its faces end.
+    cluster_ends: Vec<[u32; 2]>,
     /// True if some winding number is not 1.
     pub(crate) covers_twice: bool,
     /// True if the other surface has no inside.
     pub(crate) is_undefined: bool,
     /// One per vertex: 1 + its place in `vertices`, or 0.
     places: Vec<u32>,
-    /// One per edge: 1 + its place among the cut edges, or 0.
-    cuts: Vec<u32>,
     /// One per vertex: true for ends of cut edges.
     is_rim: Vec<bool>,
-    /// Edges and vertices that `cuts` and `is_rim` are set for.
-    cut_edges: Vec<u32>,
+    /// Vertices that `is_rim` is set for.
     rim: Vec<u32>,
     /// One per vertex: true once a fill by winding numbers has visited it.
     visited: Vec<bool>,
+    /// Vertices that a fill by winding numbers still has to leave.
     stack: Vec<InsideVertex>,
     /// Inside ends of cut edges, still to be filled from.
     pending: Vec<u32>,
@@ -72,9 +76,7 @@ impl Inside {
         self.clear(own);
         self.is_undefined = false;
         let cut_edges = &curve.cut_edges[side];
-        for (place, cut) in (1..).zip(cut_edges) {
-            self.cuts[cut.edge as usize] = place;
-            self.cut_edges.push(cut.edge);
+        for cut in cut_edges.as_slice() {
             for end in own.surface().edges()[cut.edge as usize] {
                 self.is_rim[end as usize] = true;
                 self.rim.push(end);
@@ -102,6 +104,12 @@ impl Inside {
         }
     }
 
+    /// Returns the winding number of the other surface about one of [`faces`](Self::faces).
+    #[inline]
+    pub(crate) fn face_winding(&self, own: &SurfaceTree, face: u32) -> i32 {
+        if self.covers_twice { self.winding(own.surface().faces()[face as usize][0]) } else { 1 }
+    }
+
     /// Returns the place of a vertex among those inside.
     #[inline]
     pub(crate) fn place(&self, vertex: u32) -> Option<u32> {
@@ -122,10 +130,20 @@ impl Inside {
         first.is_some() && key(b) == first && key(c) == first
     }
 
-    /// Returns true for an end of a cut edge.
-    #[inline]
-    pub(crate) fn is_rim(&self, vertex: u32) -> bool {
-        self.is_rim[vertex as usize]
+    /// Returns the faces whose corners are all inside, in one cluster and of one winding number.
+    pub(crate) fn faces(&self) -> &[u32] {
+        &self.faces
+    }
+
+    /// Returns the vertices of each cluster, and the faces whose corners are all among them and of
+    /// one winding number.
+    pub(crate) fn clusters(&self) -> impl Iterator<Item = (&[InsideVertex], &[u32])> {
+        let mut begin = [0; 2];
+        self.cluster_ends.iter().map(move |&end| {
+            let [vertices, faces] = std::mem::replace(&mut begin, end).map(|at| at as usize);
+            let [last_vertex, last_face] = end.map(|at| at as usize);
+            (&self.vertices[vertices..last_vertex], &self.faces[faces..last_face])
+        })
     }
 
     /// Returns the cluster of a vertex, if it is inside.
@@ -133,21 +151,10 @@ impl Inside {
         self.place(vertex).map(|place| self.vertices[place as usize].cluster)
     }
 
-    /// Returns the place of an edge among the cut edges; none for [`NO_EDGE`], which faces have that
-    /// repeat a vertex.
-    #[inline]
-    pub(crate) fn cut(&self, edge: u32) -> Option<usize> {
-        let place = *self.cuts.get(edge as usize)?;
-        place.checked_sub(1).map(|place| place as usize)
-    }
-
     /// Empties all lists. Arrays grow to the surface's size and stay zero outside of a query: only
     /// what the query before has set is reset.
     fn clear(&mut self, own: &SurfaceTree) {
         self.clear_vertices();
-        for edge in self.cut_edges.drain(..) {
-            self.cuts[edge as usize] = 0;
-        }
         for vertex in self.rim.drain(..) {
             self.is_rim[vertex as usize] = false;
         }
@@ -155,7 +162,6 @@ impl Inside {
         let vertices = own.surface().vertex_count();
         grow(&mut self.places, vertices);
         grow(&mut self.is_rim, vertices);
-        grow(&mut self.cuts, own.surface().edges().len());
     }
 
     fn clear_vertices(&mut self) {
@@ -163,6 +169,8 @@ impl Inside {
             self.places[inside.vertex as usize] = 0;
         }
         self.cluster_starts.clear();
+        self.cluster_ends.clear();
+        self.faces.clear();
         self.covers_twice = false;
     }
 
@@ -172,12 +180,12 @@ impl Inside {
         &mut self,
         side: usize,
         bodies: [&SurfaceTree; 2],
-        cut_edges: &[CutEdge],
+        cut_edges: &CutEdges,
         traversal: &mut Workspace,
     ) -> bool {
         // A net of ±1 has its inside end; each fill is checked by one ray.
         let own = bodies[side];
-        for cut in cut_edges {
+        for cut in cut_edges.as_slice() {
             let [low, high] = own.surface().edges()[cut.edge as usize];
             let start = match cut.net {
                 0 => continue,
@@ -195,7 +203,7 @@ impl Inside {
         }
 
         // An end that is outside must not have been filled.
-        for cut in cut_edges {
+        for cut in cut_edges.as_slice() {
             let [low, high] = own.surface().edges()[cut.edge as usize];
             if self.winding(high) - self.winding(low) != cut.net {
                 return false;
@@ -220,7 +228,7 @@ impl Inside {
     ///
     /// A cut edge with a net of zero leads to another cluster: the edge leaves the inside between
     /// its ends.
-    fn fill(&mut self, own: &SurfaceTree, start: u32, cut_edges: &[CutEdge]) {
+    fn fill(&mut self, own: &SurfaceTree, start: u32, cut_edges: &CutEdges) {
         self.pending.push(start);
         while let Some(start) = self.pending.pop() {
             if self.places[start as usize] == 0 {
@@ -229,13 +237,17 @@ impl Inside {
         }
     }
 
-    fn fill_cluster(&mut self, own: &SurfaceTree, start: u32, cut_edges: &[CutEdge]) {
+    fn fill_cluster(&mut self, own: &SurfaceTree, start: u32, cut_edges: &CutEdges) {
         let cluster = self.begin_cluster(start);
-        let first = InsideVertex { vertex: start, winding: 1, cluster };
-        self.reach(first);
+        let first = self.vertices.len();
+        self.label(InsideVertex { vertex: start, winding: 1, cluster });
 
+        // The vertices that were reached are the queue of those to go on from.
         let is_one_way = own.has_winding_number().is_ok();
-        while let Some(at) = self.stack.pop() {
+        let mut next = first;
+        while next < self.vertices.len() {
+            let at = self.vertices[next];
+            next += 1;
             // No edge at most vertices is cut: their neighbors need no edges.
             if is_one_way && !self.is_rim[at.vertex as usize] {
                 self.fill_uncut_neighbors(own.surface(), at);
@@ -248,24 +260,27 @@ impl Inside {
                 if self.places[vertex as usize] != 0 {
                     continue;
                 }
-                let cut = if self.is_rim[vertex as usize] { self.cut(edge) } else { None };
+                let cut = if self.is_rim[vertex as usize] { cut_edges.get(edge) } else { None };
                 // Beyond an edge with a net of zero the inside begins again, as another cluster.
                 match cut {
-                    None => self.reach(InsideVertex { vertex, ..at }),
-                    Some(cut) if cut_edges[cut].net == 0 => self.pending.push(vertex),
+                    None => self.label(InsideVertex { vertex, ..at }),
+                    Some(cut) if cut.net == 0 => self.pending.push(vertex),
                     Some(_) => {}
                 }
             }
         }
+        self.end_cluster(own.surface(), first, is_one_way);
     }
 
-    /// Labels the neighbors of a vertex without a cut edge, on a closed oriented surface.
+    /// Labels the neighbors of a vertex without a cut edge on a closed oriented surface, and collects
+    /// its faces.
     #[inline]
     fn fill_uncut_neighbors(&mut self, surface: &TriangleSurface, at: InsideVertex) {
         for &face in surface.vertex_faces(at.vertex) {
             let [a, b, c] = surface.faces()[face as usize];
-            // Each neighbor is the next corner of one face.
+            // Each neighbor is the next corner of one face, and each face is taken at its first.
             let vertex = if a == at.vertex {
+                self.faces.push(face);
                 b
             } else if b == at.vertex {
                 c
@@ -273,15 +288,9 @@ impl Inside {
                 a
             };
             if self.places[vertex as usize] == 0 {
-                self.reach(InsideVertex { vertex, ..at });
+                self.label(InsideVertex { vertex, ..at });
             }
         }
-    }
-
-    /// Labels a vertex, from which the fill goes on.
-    fn reach(&mut self, reached: InsideVertex) {
-        self.label(reached);
-        self.stack.push(reached);
     }
 
     /// Labels every part of the surface by winding numbers, from one ray each.
@@ -289,7 +298,7 @@ impl Inside {
         &mut self,
         side: usize,
         bodies: [&SurfaceTree; 2],
-        cut_edges: &[CutEdge],
+        cut_edges: &CutEdges,
         traversal: &mut Workspace,
     ) {
         let own = bodies[side];
@@ -300,6 +309,7 @@ impl Inside {
         for &start in own.surface().component_roots() {
             let winding = winding_about(side, bodies, start, traversal);
             let cluster = self.begin_cluster(start);
+            let first = self.vertices.len();
             self.visited[start as usize] = true;
             self.stack.push(InsideVertex { vertex: start, winding, cluster });
 
@@ -313,17 +323,38 @@ impl Inside {
                     if std::mem::replace(&mut self.visited[vertex as usize], true) {
                         continue;
                     }
-                    let net = self.cut(edge).map_or(0, |cut| cut_edges[cut].net);
+                    let net = cut_edges.get(edge).map_or(0, |cut| cut.net);
                     let change = if at.vertex < vertex { net } else { -net };
                     self.stack.push(InsideVertex { vertex, winding: at.winding + change, cluster });
                 }
             }
+            self.end_cluster(own.surface(), first, false);
         }
     }
 
     fn begin_cluster(&mut self, start: u32) -> u32 {
         self.cluster_starts.push(start);
         index(self.cluster_starts.len() - 1)
+    }
+
+    /// Collects the faces of a cluster, whose vertices are those from `first` on: each at its first
+    /// corner, and at those of the rim alone where the fill has collected the others.
+    fn end_cluster(&mut self, surface: &TriangleSurface, first: usize, rim_only: bool) {
+        for place in first..self.vertices.len() {
+            let vertex = self.vertices[place].vertex;
+            let is_rim = self.is_rim[vertex as usize];
+            if rim_only && !is_rim {
+                continue;
+            }
+            for &face in surface.vertex_faces(vertex) {
+                // Uncut edges end in one cluster: only beside the curve are corners compared.
+                let corners = surface.faces()[face as usize];
+                if corners[0] == vertex && (!is_rim || self.holds_face(corners)) {
+                    self.faces.push(face);
+                }
+            }
+        }
+        self.cluster_ends.push([index(self.vertices.len()), index(self.faces.len())]);
     }
 
     fn label(&mut self, inside: InsideVertex) {

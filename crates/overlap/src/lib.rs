@@ -39,6 +39,7 @@
 mod contact_sums;
 mod coplanar;
 mod curve;
+mod cut_edges;
 mod depth;
 mod error;
 mod foundation;

@@ -128,27 +128,19 @@ fn behind(body: &SurfaceTree, face: u32, passing: &Passing) -> (DVec3, f64) {
     (body.position(to), if enters { 1.0 } else { -1.0 })
 }
 
-/// Adds the faces whose corners are all inside and in one cluster, each from its first corner.
+/// Adds the faces whose corners are all inside and in one cluster.
 fn add_whole_faces(parts: Parts<'_>, side: usize, out: &mut [Sums]) {
     let Parts { bodies, inside, regions, .. } = parts;
     let (body, inside) = (bodies[side], &inside[side]);
-    for found in &inside.vertices {
-        let region = regions.of_cluster(side, found.cluster);
-        let origin = regions.origins[region];
+    for (cluster, (vertices, faces)) in (0..).zip(inside.clusters()) {
+        let region = regions.of_cluster(side, cluster);
         let sums = &mut out[region];
-        sums.cover(body.position(found.vertex));
-        sums.vertices[side] += 1;
-
-        // Uncut edges end in one cluster: only beside the curve are corners compared.
-        let is_rim = inside.is_rim(found.vertex);
-        for &face in body.surface().vertex_faces(found.vertex) {
-            let corners = body.surface().faces()[face as usize];
-            if corners[0] == found.vertex && (!is_rim || inside.holds_face(corners)) {
-                let [a, b, c] = body.corners(face);
-                let corners = [a - origin, b - origin, c - origin];
-                sums.add_face(side, corners, f64::from(found.winding));
-            }
+        sums.vertices[side] += vertices.len();
+        for found in vertices {
+            sums.cover(body.position(found.vertex));
         }
+        let faces = WholeFaces::of(body, faces, inside, regions.origins[region]);
+        sums.add_faces(side, &faces);
     }
 }
 
@@ -246,6 +238,35 @@ impl<'a> FaceRegions<'a> {
     }
 }
 
+/// Sums over whole faces, from the region's origin, without the factors that all faces share.
+#[derive(Default)]
+struct WholeFaces {
+    doubled_area: f64,
+    doubled_normal: DVec3,
+    sixfold_volume: f64,
+    /// First moment of the volume, 24 times.
+    moment: DVec3,
+}
+
+impl WholeFaces {
+    fn of(body: &SurfaceTree, faces: &[u32], inside: &Inside, origin: DVec3) -> Self {
+        let mut sums = Self::default();
+        for &face in faces {
+            let [a, b, c] = body.corners(face);
+            let (p, u, v) = (a - origin, b - a, c - a);
+            let winding = f64::from(inside.face_winding(body, face));
+
+            let normal = u.cross(v);
+            let volume = winding * normal.dot(p);
+            sums.doubled_area += winding * normal.length();
+            sums.doubled_normal += winding * normal;
+            sums.sixfold_volume += volume;
+            sums.moment += volume * (3.0 * p + u + v);
+        }
+        sums
+    }
+}
+
 impl Plane {
     /// Returns the plane of a face, `None` without area.
     fn of(side: usize, body: &SurfaceTree, face: u32, region_origin: DVec3) -> Option<Self> {
@@ -271,17 +292,13 @@ impl Sums {
         }
     }
 
-    /// Adds a whole face, from the region's origin.
-    #[inline]
-    fn add_face(&mut self, side: usize, [a, b, c]: [DVec3; 3], factor: f64) {
-        let area_vector = 0.5 * factor * (b - a).cross(c - a);
-        let volume = area_vector.dot(a) / 3.0;
-
-        self.areas[side] += factor.signum() * area_vector.length();
-        self.volume += volume;
-        self.moment += 0.25 * volume * (a + b + c);
+    /// Adds the sums of whole faces.
+    fn add_faces(&mut self, side: usize, faces: &WholeFaces) {
+        self.areas[side] += faces.doubled_area / 2.0;
+        self.volume += faces.sixfold_volume / 6.0;
+        self.moment += faces.moment / 24.0;
         if side == 0 {
-            self.normal += area_vector;
+            self.normal += faces.doubled_normal / 2.0;
         }
     }
 

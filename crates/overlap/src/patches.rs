@@ -158,29 +158,20 @@ impl Clipper<'_> {
     /// Collects the faces that are inside as a whole, in the order of the fill, in place of earlier
     /// ones.
     pub(crate) fn collect_whole_faces(&self, whole: &mut Vec<u32>) {
-        let surface = self.body.surface();
         whole.clear();
-        for found in &self.inside.vertices {
-            if !self.wants(found.vertex) {
-                continue;
-            }
-            for &face in surface.vertex_faces(found.vertex) {
-                // Each face is taken at its first corner.
-                let is_first = surface.faces()[face as usize][0] == found.vertex;
-                if is_first && self.is_whole(face) {
-                    whole.push(face);
-                }
+        for &face in self.inside.faces() {
+            let first = self.body.surface().faces()[face as usize][0];
+            if self.wants(first) && self.is_uncut(face) {
+                whole.push(face);
             }
         }
     }
 
-    /// Returns true if all corners of a face are inside and none of its edges is cut.
-    fn is_whole(&self, face: u32) -> bool {
-        let surface = self.body.surface();
-        let corners = surface.faces()[face as usize];
-        let edges = surface.face_edges()[face as usize];
-        corners.iter().all(|&corner| self.inside.place(corner).is_some())
-            && edges.iter().all(|&edge| self.inside.cut(edge).is_none())
+    /// Returns true if none of a face's edges is cut.
+    fn is_uncut(&self, face: u32) -> bool {
+        let cut_edges = &self.curve.cut_edges[self.side];
+        let edges = self.body.surface().face_edges()[face as usize];
+        edges.iter().all(|&edge| cut_edges.get(edge).is_none())
     }
 
     /// Adds the inside parts of a face's edges, as the face runs along them.
@@ -191,7 +182,7 @@ impl Clipper<'_> {
             let (from, to) = (corners[k], corners[(k + 1) % 3]);
 
             // An edge that is not cut is inside as a whole or not at all.
-            let Some(cut) = self.inside.cut(edge) else {
+            let Some(cut) = self.curve.cut_edges[self.side].place(edge) else {
                 if self.inside.place(from).is_some() && self.inside.place(to).is_some() {
                     clip.add_piece(Node::Vertex(from), Node::Vertex(to));
                 }

@@ -10,7 +10,8 @@ use glam::DVec3;
 use proximity::SurfaceTree;
 use surface::UnionFind;
 
-use crate::curve::{Curve, CutEdge, edge_ends, index};
+use crate::curve::{Curve, edge_ends, index};
+use crate::cut_edges::CutEdge;
 use crate::inside::Inside;
 
 /// Stands for a region that is not reported: a touch in points.
@@ -71,7 +72,7 @@ impl Regions {
             self.edge_parts[side].clear();
             self.part_starts[side].clear();
             self.part_starts[side].push(0);
-            for cut in &curve.cut_edges[side] {
+            for cut in curve.cut_edges[side].as_slice() {
                 let ends = bodies[side].surface().edges()[cut.edge as usize];
                 self.join_along_edge(side, cut, ends, curve, &inside[side]);
                 self.part_starts[side].push(index(self.edge_parts[side].len()));
