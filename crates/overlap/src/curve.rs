@@ -23,7 +23,7 @@ const POLL_INTERVAL: u32 = 1024;
 pub(crate) struct Curve {
     /// Stretches by their faces (of A, of B), ascending.
     pub(crate) stretches: Vec<CurveStretch>,
-    /// Passings by their names, ascending.
+    /// Passings, edge by edge, and those of an edge by the faces of the other surface.
     pub(crate) passings: Vec<Passing>,
     /// Edges that are passed, of A and of B.
     pub(crate) cut_edges: [CutEdges; 2],
@@ -34,7 +34,7 @@ pub(crate) struct Curve {
     crossings: Vec<([u32; 2], Stretch)>,
     /// Ends of all stretches in the order of these.
     unsorted_ends: Vec<NamedEnd>,
-    /// Ends of all stretches by their names, ascending.
+    /// Ends of all stretches, in the order of their passings.
     ends: Vec<NamedEnd>,
     visited: Vec<bool>,
     chain: Vec<u32>,
@@ -161,7 +161,7 @@ impl Curve {
         }
     }
 
-    /// Sorts the ends by their names: into the room of their edge, and there among a few.
+    /// Sorts the ends: into the room of their edge, and there among a few by their faces.
     fn sort_ends(&mut self, bodies: [&SurfaceTree; 2]) {
         let Self { cut_edges, unsorted_ends, ends, .. } = self;
         for (cut_edges, body) in cut_edges.iter_mut().zip(bodies) {

@@ -16,7 +16,7 @@ pub(crate) struct CutEdge {
 /// The edges of one surface that are passed; its memory is reused from pair to pair.
 #[derive(Debug, Default)]
 pub(crate) struct CutEdges {
-    /// The edges, ascending.
+    /// The edges, in the order in which their ends were counted.
     list: Vec<CutEdge>,
     /// One per edge of the surface: 1 + its place in the list, or 0. While ends are counted, their
     /// number.
@@ -43,10 +43,9 @@ impl CutEdges {
         *ends += 1;
     }
 
-    /// Sorts the edges whose ends have been counted, and gives each an empty range, with room for
-    /// its ends before the next. Returns the end of all, which begin at `start`.
+    /// Gives each edge whose ends have been counted an empty range, with room for its ends before the
+    /// next. Returns the end of all, which begin at `start`.
     pub(crate) fn make_room(&mut self, mut start: u32) -> u32 {
-        self.list.sort_unstable_by_key(|cut| cut.edge);
         for (place, cut) in (1..).zip(&mut self.list) {
             cut.passings = start..start;
             start += std::mem::replace(&mut self.places[cut.edge as usize], place);
@@ -75,12 +74,12 @@ impl CutEdges {
         self.place(edge).map(|place| &self.list[place])
     }
 
-    /// Returns the edges, ascending.
+    /// Returns the edges, in the order in which their ends were counted.
     pub(crate) fn as_slice(&self) -> &[CutEdge] {
         &self.list
     }
 
-    /// Returns the edges, ascending, to be changed.
+    /// Returns the edges to be changed, in the same order.
     pub(crate) fn as_mut_slice(&mut self) -> &mut [CutEdge] {
         &mut self.list
     }

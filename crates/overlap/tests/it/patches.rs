@@ -86,6 +86,16 @@ fn a_cavity_belongs_to_the_region_around_it() {
     check_areas(&hollow, &between([-9.0, -9.0, 0.0], [9.0, 9.0, 9.0]));
 }
 
+/// A bar whose corners are all inside a body, which has a cavity about the middle of one of its edges.
+#[test]
+fn a_face_with_a_notch_is_one_part() {
+    let bar = between([0.0; 3], [4.0, 1.0, 1.0]);
+    let cavity = between([1.5, -0.5, 0.5], [2.5, 0.5, 1.5]);
+    let around = between([-1.0; 3], [5.0, 2.0, 2.0]).joined(&cavity.flipped());
+    let overlap = check_areas(&bar, &around);
+    assert!((overlap.total.volume.expect("closed") - 3.75).abs() < 1e-14, "{overlap:?}");
+}
+
 #[test]
 fn each_region_has_a_depth_of_its_own() {
     let [base, slab] = spikes_and_slab();
