@@ -23,7 +23,7 @@ pub(crate) struct Inside {
     /// One per cluster: the vertex that its fill began at.
     pub(crate) cluster_starts: Vec<u32>,
     /// Faces whose corners are all inside, in one cluster and of one winding number, cluster after
-    /// cluster.
+    /// cluster; faces without area that repeat a vertex may be among them wherever they lead.
     faces: Vec<u32>,
     /// One per cluster: where its vertices and its faces end.
     cluster_ends: Vec<[u32; 2]>,
@@ -39,7 +39,6 @@ pub(crate) struct Inside {
     rim: Vec<u32>,
     /// One per vertex: true once a fill by winding numbers has visited it.
     visited: Vec<bool>,
-    /// Vertices that a fill by winding numbers still has to leave.
     stack: Vec<InsideVertex>,
     /// Inside ends of cut edges, still to be filled from.
     pending: Vec<u32>,
@@ -130,7 +129,8 @@ impl Inside {
         first.is_some() && key(b) == first && key(c) == first
     }
 
-    /// Returns the faces whose corners are all inside, in one cluster and of one winding number.
+    /// Returns the faces whose corners are all inside, in one cluster and of one winding number, and
+    /// some that repeat a vertex.
     pub(crate) fn faces(&self) -> &[u32] {
         &self.faces
     }
@@ -240,14 +240,10 @@ impl Inside {
     fn fill_cluster(&mut self, own: &SurfaceTree, start: u32, cut_edges: &CutEdges) {
         let cluster = self.begin_cluster(start);
         let first = self.vertices.len();
-        self.label(InsideVertex { vertex: start, winding: 1, cluster });
+        self.reach(InsideVertex { vertex: start, winding: 1, cluster });
 
-        // The vertices that were reached are the queue of those to go on from.
         let is_one_way = own.has_winding_number().is_ok();
-        let mut next = first;
-        while next < self.vertices.len() {
-            let at = self.vertices[next];
-            next += 1;
+        while let Some(at) = self.stack.pop() {
             // No edge at most vertices is cut: their neighbors need no edges.
             if is_one_way && !self.is_rim[at.vertex as usize] {
                 self.fill_uncut_neighbors(own.surface(), at);
@@ -263,7 +259,7 @@ impl Inside {
                 let cut = if self.is_rim[vertex as usize] { cut_edges.get(edge) } else { None };
                 // Beyond an edge with a net of zero the inside begins again, as another cluster.
                 match cut {
-                    None => self.label(InsideVertex { vertex, ..at }),
+                    None => self.reach(InsideVertex { vertex, ..at }),
                     Some(cut) if cut.net == 0 => self.pending.push(vertex),
                     Some(_) => {}
                 }
@@ -288,9 +284,15 @@ impl Inside {
                 a
             };
             if self.places[vertex as usize] == 0 {
-                self.label(InsideVertex { vertex, ..at });
+                self.reach(InsideVertex { vertex, ..at });
             }
         }
+    }
+
+    /// Labels a vertex, from which the fill goes on.
+    fn reach(&mut self, reached: InsideVertex) {
+        self.label(reached);
+        self.stack.push(reached);
     }
 
     /// Labels every part of the surface by winding numbers, from one ray each.

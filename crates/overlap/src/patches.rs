@@ -155,23 +155,22 @@ impl Clipper<'_> {
         self.regions.reported(self.side, node, self.inside)
     }
 
-    /// Collects the faces that are inside as a whole, in the order of the fill, in place of earlier
-    /// ones.
+    /// Collects the faces that are inside as a whole, cluster after cluster, in place of earlier ones.
     pub(crate) fn collect_whole_faces(&self, whole: &mut Vec<u32>) {
         whole.clear();
         for &face in self.inside.faces() {
             let first = self.body.surface().faces()[face as usize][0];
-            if self.wants(first) && self.is_uncut(face) {
+            if self.wants(first) && self.is_whole(face) {
                 whole.push(face);
             }
         }
     }
 
-    /// Returns true if none of a face's edges is cut.
-    fn is_uncut(&self, face: u32) -> bool {
-        let cut_edges = &self.curve.cut_edges[self.side];
-        let edges = self.body.surface().face_edges()[face as usize];
-        edges.iter().all(|&edge| cut_edges.get(edge).is_none())
+    /// Returns true if a face between inside vertices has a corner at each, and is not cut.
+    fn is_whole(&self, face: u32) -> bool {
+        let [a, b, c] = self.body.surface().faces()[face as usize];
+        let is_cut = || self.curve.cut_faces[self.side].binary_search(&face).is_ok();
+        a != b && b != c && c != a && !is_cut()
     }
 
     /// Adds the inside parts of a face's edges, as the face runs along them.

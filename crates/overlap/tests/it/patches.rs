@@ -96,6 +96,36 @@ fn a_face_with_a_notch_is_one_part() {
     assert!((overlap.total.volume.expect("closed") - 3.75).abs() < 1e-14, "{overlap:?}");
 }
 
+/// The same bar about a shaft that pierces one of its triangles, and reaches none of its edges.
+#[test]
+fn a_pierced_face_is_one_part() {
+    let bar = between([0.0; 3], [4.0, 1.0, 1.0]);
+    let shaft = between([2.0, 0.1, 0.5], [2.2, 0.2, 1.5]);
+    let around = between([-1.0; 3], [5.0, 2.0, 2.0]).joined(&shaft.flipped());
+    let overlap = check_areas(&bar, &around);
+    assert!((overlap.total.volume.expect("closed") - 3.99).abs() < 1e-14, "{overlap:?}");
+}
+
+/// A face without area from a vertex inside to another body far away.
+#[test]
+fn a_face_that_repeats_a_vertex_leads_nowhere() {
+    let block = between([-1.0; 3], [1.0; 3]);
+    let blocks = block.clone().joined(&block.translated(100.0 * DVec3::X));
+    let around = tree(&between([-2.0; 3], [2.0; 3]));
+    for vertex in 0..8 {
+        let mut linked = blocks.clone();
+        linked.faces.push([vertex, vertex, vertex + 8]);
+        let body = tree(&linked);
+        let (mut detector, overlap) = measure(&body, &around);
+        assert!((overlap.total.volume.expect("closed") - 8.0).abs() < 1e-12, "{overlap:?}");
+        assert_eq!(detector.patches(0, &body).len(), 12, "{vertex}");
+
+        let [depth, _] = detector.depths([&body, &around], &DepthParams::with_floor(1e-6));
+        let depth = depth.expect("a block is inside");
+        assert!(depth.lower <= 1.0 && (depth.upper - 1.0).abs() < 1e-5, "{depth:?}");
+    }
+}
+
 #[test]
 fn each_region_has_a_depth_of_its_own() {
     let [base, slab] = spikes_and_slab();
