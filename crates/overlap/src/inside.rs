@@ -39,7 +39,9 @@ pub(crate) struct Inside {
     rim: Vec<u32>,
     /// One per vertex: true once a fill by winding numbers has visited it.
     visited: Vec<bool>,
+    /// Vertices that a fill has reached and not left, by winding numbers and from cut edges.
     stack: Vec<InsideVertex>,
+    reached: Vec<u32>,
     /// Inside ends of cut edges, still to be filled from.
     pending: Vec<u32>,
     neighbors: Vec<Neighbor>,
@@ -240,17 +242,17 @@ impl Inside {
     fn fill_cluster(&mut self, own: &SurfaceTree, start: u32, cut_edges: &CutEdges) {
         let cluster = self.begin_cluster(start);
         let first = self.vertices.len();
-        self.reach(InsideVertex { vertex: start, winding: 1, cluster });
+        self.reach(start, cluster);
 
         let is_one_way = own.has_winding_number().is_ok();
-        while let Some(at) = self.stack.pop() {
+        while let Some(at) = self.reached.pop() {
             // No edge at most vertices is cut: their neighbors need no edges.
-            if is_one_way && !self.is_rim[at.vertex as usize] {
-                self.fill_uncut_neighbors(own.surface(), at);
+            if is_one_way && !self.is_rim[at as usize] {
+                self.fill_uncut_neighbors(own.surface(), at, cluster);
                 continue;
             }
 
-            self.collect_neighbors(own, at.vertex);
+            self.collect_neighbors(own, at);
             for i in 0..self.neighbors.len() {
                 let Neighbor { vertex, edge } = self.neighbors[i];
                 if self.places[vertex as usize] != 0 {
@@ -259,7 +261,7 @@ impl Inside {
                 let cut = if self.is_rim[vertex as usize] { cut_edges.get(edge) } else { None };
                 // Beyond an edge with a net of zero the inside begins again, as another cluster.
                 match cut {
-                    None => self.reach(InsideVertex { vertex, ..at }),
+                    None => self.reach(vertex, cluster),
                     Some(cut) if cut.net == 0 => self.pending.push(vertex),
                     Some(_) => {}
                 }
@@ -271,28 +273,28 @@ impl Inside {
     /// Labels the neighbors of a vertex without a cut edge on a closed oriented surface, and collects
     /// its faces.
     #[inline]
-    fn fill_uncut_neighbors(&mut self, surface: &TriangleSurface, at: InsideVertex) {
-        for &face in surface.vertex_faces(at.vertex) {
+    fn fill_uncut_neighbors(&mut self, surface: &TriangleSurface, at: u32, cluster: u32) {
+        for &face in surface.vertex_faces(at) {
             let [a, b, c] = surface.faces()[face as usize];
             // Each neighbor is the next corner of one face, and each face is taken at its first.
-            let vertex = if a == at.vertex {
+            let vertex = if a == at {
                 self.faces.push(face);
                 b
-            } else if b == at.vertex {
+            } else if b == at {
                 c
             } else {
                 a
             };
             if self.places[vertex as usize] == 0 {
-                self.reach(InsideVertex { vertex, ..at });
+                self.reach(vertex, cluster);
             }
         }
     }
 
     /// Labels a vertex, from which the fill goes on.
-    fn reach(&mut self, reached: InsideVertex) {
-        self.label(reached);
-        self.stack.push(reached);
+    fn reach(&mut self, vertex: u32, cluster: u32) {
+        self.label(InsideVertex { vertex, winding: 1, cluster });
+        self.reached.push(vertex);
     }
 
     /// Labels every part of the surface by winding numbers, from one ray each.
