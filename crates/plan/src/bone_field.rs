@@ -45,8 +45,9 @@ impl FieldSize {
     /// bounded number of nodes.
     pub(crate) fn new(body: &Body, tolerance: f64, margin: f64) -> Self {
         let bounds = Aabb::of_points(body.positions().iter().copied());
-        let mut spacing = tolerance / BOUND;
-        loop {
+        // A smaller spacing would not grow by steps.
+        let mut spacing = (tolerance / BOUND).max(f64::MIN_POSITIVE);
+        while spacing.is_finite() {
             let sides = bounds.sides() + 2.0 * padding(spacing, tolerance, margin);
             let nodes = (sides / spacing + DVec3::splat(2.0)).element_product();
             if nodes <= MAX_NODES {
@@ -54,6 +55,7 @@ impl FieldSize {
             }
             spacing *= SPACING_STEP;
         }
+        Self { spacing: f64::INFINITY, nodes: f64::INFINITY }
     }
 
     /// Returns the proved bound.

@@ -1,6 +1,6 @@
 //! Pairs of bodies near enough to be planned, found by the broad phase.
 
-use scene::{BodyId, PairId, Scene};
+use scene::{BodyId, PairId, Scene, SceneError};
 
 use crate::{DetectionMethod, ExcludedPair, ExclusionReason, ForcedMethod, PlanError, PlanParams};
 
@@ -33,10 +33,18 @@ impl NearPairs {
         params: &PlanParams,
         forced: &[ForcedMethod],
     ) -> Result<Self, PlanError> {
-        let count = scene.bodies().len();
+        for ForcedMethod { pair, .. } in forced {
+            let name = scene.get(pair.a)?.name();
+            scene.get(pair.b)?;
+            if pair.a == pair.b {
+                return Err(SceneError::Itself { name: name.to_owned() }.into());
+            }
+        }
+
         // Near pairs, and forced ones wherever they are.
+        let count = scene.bodies().len();
         let mut near = scene.box_pairs(params.margin + 2.0 * params.max_displacement);
-        near.extend(forced.iter().map(|forced| forced.pair).filter(|pair| pair.b.index() < count));
+        near.extend(forced.iter().map(|forced| forced.pair));
         near.sort_unstable();
         near.dedup();
 

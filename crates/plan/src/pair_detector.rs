@@ -70,6 +70,10 @@ impl PairDetector {
     /// Detects a pair by its method; coarse surfaces only as far as they deviate little enough.
     pub(crate) fn detect(&mut self, planned: &PairPlan, frame: Frame<'_>) -> Result<(), PlanError> {
         self.clear(planned.method);
+        // It may be ignored since it was planned.
+        if frame.scene.is_ignored(planned.pair) {
+            return Ok(());
+        }
         match (planned.method, planned.bone) {
             (DetectionMethod::Field, Some(bone)) => {
                 self.detect_by_field(bone, planned.other(bone), frame)?;

@@ -120,7 +120,8 @@ impl Plan {
     #[must_use]
     pub fn predicted_time(&self) -> Duration {
         let PlanParams { machine_factor, threads, .. } = self.params;
-        Duration::from_secs_f64(machine_factor * self.operations().seconds() / count(threads))
+        let seconds = machine_factor * self.operations().seconds() / count(threads);
+        Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX)
     }
 
     /// Returns the operations of a frame: predicted from the state in which the plan was made, and

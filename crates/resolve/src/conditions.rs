@@ -7,7 +7,7 @@
 
 use kdop::Workspace;
 use response::positive;
-use scene::{BodyId, PairId, Scene};
+use scene::{BodyId, PairId, Scene, SceneError};
 use surface::progress::Progress;
 
 use crate::near_pairs::NearPairs;
@@ -102,8 +102,11 @@ impl Conditions {
         let mut bonds = Vec::new();
         let workspace = &mut Workspace::default();
         for Tie { bodies: [a, b], distance } in &self.ties {
-            scene.get(*a)?;
+            let name = scene.get(*a)?.name();
             scene.get(*b)?;
+            if a == b {
+                return Err(SceneError::Itself { name: name.to_owned() }.into());
+            }
             let first_is_rigid = tissues[a.index()].is_rigid;
             let (follower, leader) = if first_is_rigid { (*b, *a) } else { (*a, *b) };
             let own = fitted_tree(scene.body(follower));

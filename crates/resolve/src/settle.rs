@@ -47,7 +47,7 @@ impl Run<'_> {
         let (mut number, mut displacement) = self.most_displaced();
         let mut stalled = 0;
         for _ in 0..self.params.max_rounds {
-            let id = self.tissues[number].id;
+            let Some(id) = self.tissues.get(number).map(|tissue| tissue.id) else { break };
             if displacement <= self.longest_way || self.tied.iter().any(|pair| pair.contains(id)) {
                 break;
             }

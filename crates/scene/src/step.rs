@@ -196,7 +196,10 @@ impl SceneStep {
             let motion_of = |body: BodyId| bones.0[body.index()].unwrap_or_default();
             sides.correct(scene, set, motion_of).map_err(E::from)
         });
-        sides.end_step(scene);
+        // A step that fails is taken again: what was known before it stays known.
+        if report.is_ok() {
+            sides.end_step(scene);
+        }
         report
     }
 

@@ -1,8 +1,10 @@
 //! Refused parameters, methods and scenes, and interruption.
 
+use std::time::Duration;
+
 use fixtures::shapes::icosphere;
 use plan::{Detection, DetectionMethod, ForcedMethod, Plan, PlanError, PlanParams};
-use scene::{BodyKind, PairId};
+use scene::{BodyKind, PairId, Scene, SceneError};
 use surface::progress::Progress;
 
 use crate::{plan, three};
@@ -48,6 +50,43 @@ fn forced_methods_that_do_not_suit_their_pair_are_refused() {
         let refused = Plan::with_forced(&mut scene, &params, &forced, Progress::none());
         let error = refused.expect_err("a refusal").to_string();
         assert!(error.contains(message), "{error}");
+    }
+}
+
+#[test]
+fn a_body_is_not_planned_with_itself_nor_with_one_of_another_scene() {
+    let (mut scene, [bone, ..]) = three();
+    let mut larger = Scene::new();
+    for number in 0..4 {
+        let mesh = icosphere(1.0, 0);
+        let name = number.to_string();
+        larger.add(&name, BodyKind::Rigid, mesh.surface(), mesh.positions).expect("a body");
+    }
+    let stranger = larger.ids().last().expect("four bodies");
+    for (other, expected) in [
+        (bone, SceneError::Itself { name: "bone".into() }),
+        (stranger, SceneError::NoSuchBody { index: 3, count: 3 }),
+    ] {
+        let pair = PairId::new(bone, other);
+        let forced = [ForcedMethod { pair, method: DetectionMethod::Exact }];
+        let params = PlanParams::with_tolerance(0.5);
+        let refused = Plan::with_forced(&mut scene, &params, &forced, Progress::none());
+        assert_eq!(refused.expect_err("a refusal"), PlanError::Scene(expected));
+    }
+}
+
+#[test]
+fn lengths_and_factors_at_the_ends_of_their_range_are_planned() {
+    let (mut scene, _) = three();
+    let good = PlanParams::with_tolerance(0.5);
+    for params in [
+        PlanParams::with_tolerance(f64::MAX),
+        PlanParams { margin: f64::MAX, ..good },
+        PlanParams { machine_factor: 1e300, ..good },
+        PlanParams { max_displacement: f64::INFINITY, ..good },
+    ] {
+        let plan = Plan::new(&mut scene, &params, Progress::none()).expect("a plan");
+        assert!(plan.predicted_time() > Duration::ZERO, "{params:?}");
     }
 }
 

@@ -7,7 +7,7 @@ use plan::{DetectionMethod, ForcedMethod, Plan, PlanParams, StructureKind};
 use scene::{BodyKind, CheckParams, PairId, Scene};
 use surface::progress::Progress;
 
-use crate::detect;
+use crate::{depth, detect, plan, three};
 
 const TOLERANCE: f64 = 0.5;
 
@@ -212,6 +212,18 @@ fn a_vertex_that_coarse_surfaces_left_out_is_seen_where_it_juts_out() {
 }
 
 /// Returns true if a frame compares so many vertices of the first pair.
+/// Pairs that were near when the plan was made.
+#[test]
+fn a_pair_that_is_ignored_later_is_in_no_result() {
+    let (mut scene, [bone, first, second]) = three();
+    let mut plan = plan(&mut scene, &PlanParams::with_tolerance(0.5));
+    assert!(depth(&detect(&mut plan, &mut scene), bone, first) > 1.0);
+    scene.ignore(bone, first);
+    let detection = detect(&mut plan, &mut scene);
+    let pairs: Vec<PairId> = detection.pairs().iter().map(|found| found.pair).collect();
+    assert_eq!(pairs, [PairId::new(first, second)]);
+}
+
 fn compares(plan: &mut Plan, scene: &mut Scene, vertices: f64) -> bool {
     detect(plan, scene);
     let compared = plan.pairs()[0].operations.listed_vertices;

@@ -2,8 +2,10 @@
 
 use fixtures::shapes;
 use glam::DVec3;
-use resolve::{Conditions, GapObstacle, Obstacle, Resolution, ResolveParams, Resolver, Tie};
-use scene::{BodyKind, Scene};
+use resolve::{
+    Conditions, GapObstacle, Obstacle, Resolution, ResolveError, ResolveParams, Resolver, Tie,
+};
+use scene::{BodyKind, Scene, SceneError};
 use surface::progress::Progress;
 
 use crate::{PARAMS, scene_of};
@@ -23,6 +25,28 @@ fn resolve_within_limits(scene: &mut Scene) -> Resolution {
         assert!(volume <= WITH_GAP.max_volume_change, "volume by {volume}");
     }
     resolution
+}
+
+#[test]
+fn a_scene_without_bodies_is_resolved() {
+    for params in [PARAMS, WITH_GAP] {
+        let resolution = resolve::resolve(&mut Scene::new(), &params, Progress::none());
+        assert!(resolution.expect("a resolution").resolved);
+    }
+}
+
+#[test]
+fn a_body_is_not_tied_to_itself() {
+    let mesh = shapes::icosphere(10.0, 2);
+    let mut scene = scene_of([("muscle", BodyKind::Deformable, mesh)]);
+    let muscle = scene.ids().next().expect("a body");
+    let conditions = Conditions {
+        ties: vec![Tie { bodies: [muscle; 2], distance: 1.0 }],
+        ..Conditions::default()
+    };
+    let mut resolver = Resolver::new(WITH_GAP).expect("parameters").with_conditions(conditions);
+    let refused = resolver.resolve(&mut scene, Progress::none()).expect_err("a refusal");
+    assert_eq!(refused, ResolveError::Scene(SceneError::Itself { name: "muscle".into() }));
 }
 
 #[test]

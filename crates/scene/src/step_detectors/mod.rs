@@ -323,7 +323,7 @@ impl StepDetectors {
         let (gaps, tolerance) = (self.params.gaps(), self.params.tolerance);
         for list in self.kept.values_mut() {
             // One that was not detected again since is that of bodies far from each other.
-            if list.doubt.is_some() {
+            if list.doubt.is_some() || scene.is_ignored(list.report.pair) {
                 list.doubt = Some(Renewal::First);
                 continue;
             }

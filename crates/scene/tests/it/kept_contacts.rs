@@ -44,6 +44,16 @@ fn a_soft_ball_rests_on_kept_contacts() {
     }
 }
 
+#[test]
+fn a_pair_that_is_ignored_is_kept_no_more() {
+    let mut world = kept(Restraint::Sticking, 1.0);
+    world.detect_moved(|x| x - DVec3::Z);
+    assert!(!world.step.contact_step().contacts().contacts().is_empty());
+    world.scene.ignore(world.bone, world.ball);
+    world.detect_moved(|x| x);
+    assert!(world.step.contact_step().contacts().contacts().is_empty());
+}
+
 /// A step that detects, and corrects nothing.
 fn detect_only() -> StepParams {
     let h = StepLength::new(H).expect("in range");

@@ -193,6 +193,27 @@ fn sides_are_remembered_while_vertices_are_inside() {
     }
 }
 
+/// A step that is refused, for a velocity that is no number, and taken again.
+#[test]
+fn a_step_that_fails_forgets_no_side() {
+    let mut world = World::new(StepMethod::Exact);
+    for step in 0..=4 {
+        world.push_within(0.3 * f64::from(step), None);
+    }
+    let World { scene, step, detectors, x, v, w, .. } = &mut world;
+    let last = v.last_mut().expect("particles");
+    let before = std::mem::replace(last, DVec3::NAN);
+    let params = StepParams::new(StepLength::new(1e-3).expect("in range"));
+    let states = SceneStates { x, v, loads: ParticleLoads::None, inverse_mass: w };
+    let detect = |scene: &mut Scene, contacts: &mut scene::PairContacts<'_>| {
+        detectors.detect(scene, contacts)
+    };
+    step.correct(scene, states, &params, detect).expect_err("a velocity is no number");
+    *world.v.last_mut().expect("particles") = before;
+    world.push_within(1.3, None);
+    assert_eq!(world.step.unknown_sides(), 0);
+}
+
 /// Where the first state is inside, no side is remembered: that is reported.
 #[test]
 fn sides_that_nothing_tells_are_counted() {
