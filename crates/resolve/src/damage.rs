@@ -68,8 +68,8 @@ impl Tissue {
         longest
     }
 
-    /// Counts the pairs of the body's own faces that cross where they are written, beyond their number
-    /// at rest; all of them where they are to be resolved.
+    /// Counts the pairs of the body's own faces that cross where they are written and do not at rest; all
+    /// of them where they are to be resolved.
     pub(crate) fn count_new_self_crossings(
         &self,
         tree: &SurfaceTree,
@@ -79,11 +79,13 @@ impl Tissue {
         if is_at_rest && self.crossings_to_resolve.is_none() {
             return Ok(0);
         }
-        let now = self.self_crossings(tree, progress)?.len();
-        if now == 0 || self.crossings_to_resolve.is_some() {
-            return Ok(now);
+        let now = self.self_crossings(tree, progress)?;
+        if now.is_empty() || self.crossings_to_resolve.is_some() {
+            return Ok(now.len());
         }
-        Ok(now.saturating_sub(self_crossings_at(&self.rest, tree, progress)?.len()))
+        let mut at_rest = self_crossings_at(&self.rest, tree, progress)?;
+        at_rest.sort_unstable();
+        Ok(now.iter().filter(|pair| at_rest.binary_search(pair).is_err()).count())
     }
 
     /// Computes the relative change of the volume; 0 where the body has no inside.

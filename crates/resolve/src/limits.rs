@@ -193,6 +193,7 @@ mod tests {
     use surface::progress::Progress;
 
     use super::*;
+    use crate::tissue::fitted_tree;
     use crate::{Conditions, ResolveParams};
 
     /// Detects the overlaps of balls of radius 5 in a row, each as deep in the one before as given.
@@ -249,6 +250,69 @@ mod tests {
             run.record().expect("a round");
             assert_eq!(run.holds_limits(), Ok(holds), "pressed by {depth}");
             assert!(run.limits().hold(&run.tissues[0].damage), "by nothing else");
+        }
+    }
+
+    /// A thin body whose upper side is pressed through its lower one on one side at rest, and on the
+    /// other one later: as many faces cross, and none that crossed at rest.
+    #[test]
+    fn faces_that_cross_elsewhere_cross_anew() {
+        let mut mesh = shapes::ellipsoid(DVec3::new(12.0, 12.0, 2.0), 3);
+        let pressed = |x: DVec3, side: f64| {
+            let is_pressed = x.z > 0.0 && x.distance(DVec3::new(6.0 * side, 0.0, x.z)) < 3.0;
+            if is_pressed { x - 4.5 * DVec3::Z } else { x }
+        };
+        let [rest, other] =
+            [1.0, -1.0].map(|side| mesh.positions.iter().map(|x| pressed(*x, side)).collect());
+        let (rest, other): (Vec<DVec3>, Vec<DVec3>) = (rest, other);
+        mesh.positions.clone_from(&rest);
+        let mut scene = Scene::new();
+        scene.add("muscle", BodyKind::Deformable, mesh.surface(), rest.clone()).expect("a body");
+        let params = ResolveParams {
+            max_volume_change: 0.9,
+            max_strain: 10.0,
+            ..ResolveParams::with_smoothing(6.0)
+        };
+        let conditions = Conditions::default();
+        let run = Run::new(&mut scene, params, &conditions, &[], None, Progress::none());
+        let mut run = run.expect("a run");
+        let mut counts = Vec::new();
+        for x in [rest, other] {
+            run.move_soft(|_, _| Some(x.clone())).expect("positions");
+            run.record().expect("a round");
+            let tree = fitted_tree(run.scene.body(run.tissues[0].id));
+            let tissue = &run.tissues[0];
+            let all = tissue.self_crossings(tree, Progress::none()).expect("no interruption");
+            let new = tissue.count_new_self_crossings(tree, Progress::none());
+            counts.push((all.len(), new.expect("no interruption")));
+        }
+        let [(at_rest, none), (elsewhere, new)] = counts[..] else { panic!("{counts:?}") };
+        assert!(at_rest > 0 && none == 0, "{counts:?}");
+        assert!(elsewhere <= at_rest && new == elsewhere, "{counts:?}");
+    }
+
+    /// A block that shares a face with a bone at the start is pressed into it.
+    #[test]
+    fn a_pair_that_shared_faces_overlaps_anew_beyond_the_tolerance() {
+        let block = shapes::cube(10.0);
+        let bone =
+            shapes::cube(10.0).scaled(DVec3::new(3.0, 3.0, 1.0)).translated(-10.0 * DVec3::Z);
+        let mut scene = Scene::new();
+        let muscle = scene.add("muscle", BodyKind::Deformable, block.surface(), block.positions);
+        scene.add("bone", BodyKind::Rigid, bone.surface(), bone.positions).expect("a body");
+        let rest = scene.body(muscle.expect("a body")).positions().to_vec();
+        let params =
+            ResolveParams { gap: 0.05, tolerance: 0.2, ..ResolveParams::with_smoothing(6.0) };
+        let conditions = Conditions::default();
+        let run = Run::new(&mut scene, params, &conditions, &[], None, Progress::none());
+        let mut run = run.expect("a run");
+        assert_eq!((run.rounds[0].overlapping_pairs, run.rounds[0].touching_faces > 0), (0, true));
+        for (depth, new_pairs) in [(0.1, 0), (0.3, 1)] {
+            let x: Vec<DVec3> = rest.iter().map(|x| *x - depth * DVec3::Z).collect();
+            run.move_soft(|_, _| Some(x.clone())).expect("positions");
+            run.record().expect("a round");
+            let round = run.rounds.last().expect("a round");
+            assert_eq!((round.overlapping_pairs, round.new_pairs), (1, new_pairs), "{depth}");
         }
     }
 }

@@ -24,7 +24,8 @@ pub struct Round {
     /// in which no vertex or edge exceeds the tolerance. `None` elsewhere, without overlaps, and
     /// where surfaces have no inside.
     pub surface_depth: Option<DepthBracket>,
-    /// Number of pairs that overlap and did not at the start.
+    /// Number of pairs that overlap and did not at the start; those that shared faces then, where they
+    /// are deeper than the tolerance.
     pub new_pairs: usize,
     /// Number of crossing pairs of faces of one body that did not cross at the start; counted
     /// once nothing overlaps.
@@ -46,14 +47,14 @@ pub struct Round {
 impl Round {
     /// Summarizes the overlaps of a scene; what concerns single bodies is 0.
     ///
-    /// Pairs other than `at_first`, ascending, overlap anew.
-    pub(crate) fn of_overlaps(near: &NearPairs, at_first: &[PairId]) -> Self {
+    /// Pairs that are not known with their depth overlap anew.
+    pub(crate) fn of_overlaps(near: &NearPairs, is_known: impl Fn(PairId, f64) -> bool) -> Self {
         let mut round = Self::default();
         for pair in near.overlapping() {
             round.overlapping_pairs += 1;
             round.crossing_faces += pair.report.crossing_faces.len();
             round.max_depth = round.max_depth.max(pair.depth());
-            round.new_pairs += usize::from(at_first.binary_search(&pair.report.pair).is_err());
+            round.new_pairs += usize::from(!is_known(pair.report.pair, pair.depth()));
         }
         round
     }

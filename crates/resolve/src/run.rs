@@ -40,8 +40,10 @@ pub(crate) struct Run<'a> {
     /// Inverse masses of all particles.
     pub(crate) inverse_masses: Vec<f64>,
     pub(crate) before: Vec<PairReport>,
-    /// Pairs that overlap or share faces at the start, ascending.
+    /// Pairs that overlap at the start, ascending.
     at_first: Vec<PairId>,
+    /// Others that share faces there, ascending.
+    touching_at_first: Vec<PairId>,
     pub(crate) near: NearPairs,
     pub(crate) rounds: Vec<Round>,
     /// Number of the best round.
@@ -138,6 +140,7 @@ impl<'a> Run<'a> {
             inverse_masses,
             before,
             at_first: Vec::new(),
+            touching_at_first: Vec::new(),
             near,
             rounds: Vec::new(),
             best: 0,
@@ -156,8 +159,10 @@ impl<'a> Run<'a> {
             is_follower,
         };
         for near in run.near.iter() {
-            if near.report.overlaps || run.count_touching_faces(near) > 0 {
+            if near.report.overlaps {
                 run.at_first.push(near.report.pair);
+            } else if run.count_touching_faces(near) > 0 {
+                run.touching_at_first.push(near.report.pair);
             }
         }
         run.record()?;
@@ -303,7 +308,10 @@ impl<'a> Run<'a> {
     /// Adds the present state to the rounds, and keeps its positions where it is the best.
     pub(crate) fn record(&mut self) -> Result<(), ResolveError> {
         let tolerance = self.params.tolerance;
-        let mut round = Round::of_overlaps(&self.near, &self.at_first);
+        let mut round = Round::of_overlaps(&self.near, |pair, depth| {
+            self.at_first.binary_search(&pair).is_ok()
+                || depth <= tolerance && self.touching_at_first.binary_search(&pair).is_ok()
+        });
         for near in self.near.iter() {
             round.touching_faces += self.count_touching_faces(near);
         }
