@@ -34,6 +34,7 @@ use crate::stopwatch::Stopwatch;
 /// on the way is missed: the report has the fraction of the step before the first contact of
 /// pairs that did not overlap already, and the contacts that no frame shows.
 #[derive(Debug, Args)]
+#[command(mut_group("ResolveArgs", |group| group.requires("resolve")))]
 #[command(after_help = "\
 Examples:
   musculo-collide motion scene.toml --chart motion.svg --report motion.html

@@ -30,6 +30,8 @@ pub(crate) struct MotionParams {
     /// Unit of lengths in a table of poses; none for that of its format.
     pub(super) table_unit: Option<Unit>,
     pub(super) meshes: MeshFrame,
+    /// Option of the command line that is for tables of poses alone, if one is given.
+    pub(super) table_option: Option<&'static str>,
     /// Names of the maps that bodies follow, by the name of the body.
     pub(super) follows: BTreeMap<String, String>,
 }
@@ -55,6 +57,8 @@ impl MotionArgs {
         let mut params = MotionParams::of_scene(scene);
         params.table_unit = self.motion_unit;
         params.meshes = self.meshes.unwrap_or(params.meshes);
+        let of_unit = self.motion_unit.map(|_| "--motion-unit");
+        params.table_option = of_unit.or(self.meshes.map(|_| "--meshes"));
 
         for entry in &self.follow {
             let (body, name) =

@@ -44,6 +44,10 @@ pub(crate) enum MotionProblem {
     Syntax(#[from] serde_json::Error),
     #[error(transparent)]
     Table(#[from] TableProblem),
+    #[error(
+        "has maps from rest in the scene's unit: {0} is for tables of poses (.csv, .sto, .mot)"
+    )]
+    TableOption(&'static str),
     #[error("has {0} frames, but a motion needs at least two")]
     TooFewFrames(usize),
     #[error("frame {frame} has no map {name:?}, which other frames have")]
@@ -169,7 +173,11 @@ impl Motion {
             // OpenSim computes in meters.
             Some("sto" | "mot") => (opensim::parse(&text)?, Unit::Meter),
             Some("csv") => (pose_rows::parse(&text)?, params.scene_unit),
-            _ => return Self::parse(&text),
+            _ => {
+                let motion = Self::parse(&text)?;
+                let option = params.table_option.map(MotionProblem::TableOption);
+                return option.map_or(Ok(motion), Err);
+            }
         };
 
         let factor = params.table_unit.unwrap_or(unit).meters() / params.scene_unit.meters();
@@ -349,9 +357,11 @@ impl Replay {
         self.motion.times[frame]
     }
 
-    /// Returns the time of a frame in a series of files: its number, where the file has no time.
+    /// Returns the time of a frame in a series of files: its number, unless all frames have a time.
     pub(crate) fn series_time(&self, frame: usize) -> f64 {
-        self.time(frame).unwrap_or_else(|| f64::from(u32::try_from(frame).unwrap_or(u32::MAX)))
+        let has_times = self.motion.times.iter().all(Option::is_some);
+        let time = self.time(frame).filter(|_| has_times);
+        time.unwrap_or_else(|| f64::from(u32::try_from(frame).unwrap_or(u32::MAX)))
     }
 
     /// Returns the bodies that rest in all frames.

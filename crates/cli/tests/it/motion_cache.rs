@@ -81,7 +81,7 @@ fn other_caches_are_refused() {
         "scene.toml --cache foreign.frames",
         "scene.toml --cache damaged.frames",
         "scene.toml --cache order.frames",
-        "scene.toml --cache m.frames --meshes body",
+        "scene.toml --cache m.frames --joint-contact 1",
         "scene.toml --cache down.json",
         "scene.toml --cache new --json new",
         "scene.toml --cache new --resolve apart",

@@ -57,6 +57,22 @@ fn tables_of_poses_replay_as_maps_do() {
 }
 
 #[test]
+fn options_without_effect_are_refused() {
+    let workshop = needle_through_plate();
+    for (options, expected) in [
+        (&["--motion-unit", "m"][..], "--motion-unit is for tables of poses"),
+        (&["--meshes", "body"], "--meshes is for tables of poses"),
+        (&["--gap", "0.05"], "--resolve <DIR>"),
+        (&["--max-strain", "2"], "--resolve <DIR>"),
+        (&["--rounds", "60"], "--resolve <DIR>"),
+    ] {
+        let run = workshop.run("motion", &[&["scene.toml"], options].concat());
+        assert_eq!(run.status, 2, "{options:?}: {}", run.stderr);
+        assert!(run.stderr.contains(expected), "{options:?}: {}", run.stderr);
+    }
+}
+
+#[test]
 fn wrong_tables_are_named_and_nothing_is_written() {
     let workshop = needle_through_plate();
     workshop.write("down.sto", DOWN);
