@@ -74,6 +74,7 @@ fn other_caches_are_refused() {
     let arguments = ["scene.toml", "--cache", "m.frames"];
     assert_eq!(workshop.run("motion", &arguments).status, 1);
     let kept = workshop.read("m.frames");
+    workshop.write("other.json", workshop.read("down.json") + "\n");
     workshop.write("foreign.frames", "frame,time\n0,0\n");
     workshop.write("damaged.frames", kept.replace("candidates", "candidate5"));
     workshop.write("order.frames", kept.replace("{\"frame\":1", "{\"frame\":2"));
@@ -81,7 +82,7 @@ fn other_caches_are_refused() {
         "scene.toml --cache foreign.frames",
         "scene.toml --cache damaged.frames",
         "scene.toml --cache order.frames",
-        "scene.toml --cache m.frames --joint-contact 1",
+        "scene.toml --cache m.frames --motion other.json",
         "scene.toml --cache down.json",
         "scene.toml --cache new --json new",
         "scene.toml --cache new --resolve apart",
