@@ -98,6 +98,8 @@ BAD_CALLS = {
     "sweep: list": lambda: scene().sweep([1]),
     "sweep: nothing": lambda: scene().sweep({"b": None}),
     "sweep: name": lambda: scene().sweep({5: CUBE.vertices}),
+    "sweep: center of a mistyped name": lambda: scene().sweep({"a": np.eye(4)}, centers={"A": (0, 0, 0)}),
+    "sweep: center of vertices": lambda: scene().sweep({"b": CUBE.vertices}, centers={"b": (0, 0, 0)}),
     "sweep: centers": lambda: scene().sweep({"a": np.eye(4)}, centers=5),
     "sweep: separation": lambda: scene().sweep({}, separation="1"),
     "sweep: negative": lambda: scene().sweep({"a": np.eye(4)}, separation=-1),

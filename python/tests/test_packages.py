@@ -34,6 +34,8 @@ def test_pyvista_has_the_accessor_and_colors():
     expected = np.where(needle.points[:, 0] > 0, 3.0, 0.0)
     assert colored.point_data["depth"] == pytest.approx(expected)
     assert "depth" not in needle.point_data
+    near = needle.musculo.depth_in(a, margin=6.0)
+    assert near.point_data["depth"] == pytest.approx(expected)
 
     # Polygons are fanned; faces go to a scene as PyVista has them.
     assert pv.Cube().musculo.check(pv.Cube(center=(0.75, 0, 0))).volume == pytest.approx(0.25)

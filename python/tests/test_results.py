@@ -7,7 +7,7 @@ import pytest
 from conftest import box, sphere
 
 from musculo_collide import Cartilage, Plan, Scene, Surface, medial
-from musculo_collide.results import Record
+from musculo_collide.results import Pairs, Record
 
 
 @pytest.fixture
@@ -39,6 +39,14 @@ def results(two_boxes):
     ]
 
 
+def plain(value):
+    """Yield all that a nested dictionary holds."""
+    nested = value.values() if isinstance(value, dict) else value if isinstance(value, (list, tuple)) else []
+    for inner in nested:
+        yield inner
+        yield from plain(inner)
+
+
 def test_results_are_values_and_have_a_table_and_html(results):
     for result in results:
         kind = type(result).__name__
@@ -46,6 +54,7 @@ def test_results_are_values_and_have_a_table_and_html(results):
         assert len(repr(result)) > 10 and result._repr_html_().startswith("<table>"), kind
         if isinstance(result, Record):
             assert set(result.to_dict()) == set(vars(result)), kind
+            assert not any(isinstance(value, (Record, Pairs)) for value in plain(result.to_dict())), kind
         table = result.to_table()
         assert table and {column.ndim for column in table.values()} == {1}, kind
         assert len({len(column) for column in table.values()}) == 1, kind

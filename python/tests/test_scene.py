@@ -307,6 +307,17 @@ def test_arrays_of_other_kinds_are_converted():
             assert np.array_equal(scene.faces("x"), expected.faces("x"))
 
 
+def test_arrays_that_are_not_aligned_are_taken():
+    vertices, faces = (np.asarray(array) for array in TETRAHEDRON)
+    buffer = b"." + vertices.astype(np.float64).tobytes()
+    unaligned = np.frombuffer(buffer, np.float64, offset=1).reshape(-1, 3)
+    corners = np.frombuffer(b"." + faces.astype(np.int64).tobytes(), np.int64, offset=1).reshape(-1, 3)
+    assert not unaligned.flags.aligned
+    scene = Scene()
+    scene.add("a", unaligned, corners)
+    assert np.array_equal(scene.vertices("a"), vertices)
+
+
 def test_read_only_arrays_are_read_and_a_scene_keeps_its_own():
     vertices, faces = np.array(TETRAHEDRON[0], float), np.array(TETRAHEDRON[1])
     vertices.flags.writeable = faces.flags.writeable = False

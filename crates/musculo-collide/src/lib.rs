@@ -249,7 +249,7 @@
 //! # Features
 //!
 //! - `rayon` (default): pairs, bodies and batches are spread over the threads of the current pool.
-//! - `serde`: parameters and results implement `Serialize`, and `Deserialize` where they can be read.
+//! - `serde`: most parameters and results implement `Serialize`, and `Deserialize` where they can be read.
 
 pub use ::{
     ccd, decimate, distance_field, glam, kdop, medial, overlap, plan, proximity, resolve, response,

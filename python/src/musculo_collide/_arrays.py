@@ -18,7 +18,7 @@ def points(array: npt.ArrayLike, what: str) -> Points:
     given = _numbers(array, what, "fiu")
     if given.ndim != 2 or given.shape[1] != 3:
         raise InputError(f"{what} are n × 3 numbers, not an array of shape {given.shape}")
-    return np.ascontiguousarray(given, dtype=np.float64)
+    return np.require(given, np.float64, ["C", "A"])
 
 
 def faces(array: npt.ArrayLike, what: str) -> Faces:
@@ -33,7 +33,7 @@ def faces(array: npt.ArrayLike, what: str) -> Faces:
         raise InputError(f"{what} are m × 3 numbers of vertices, not an array of shape {given.shape}")
     if given.dtype == np.uint64 and given.size and int(given.max()) > np.iinfo(np.int64).max:
         raise InputError(f"{what} have the corner {given.max()}, which no mesh has")
-    return np.ascontiguousarray(given, dtype=np.int64)
+    return np.require(given, np.int64, ["C", "A"])
 
 
 def indices(array: npt.ArrayLike, what: str) -> list[int]:
@@ -52,7 +52,7 @@ def numbers(array: npt.ArrayLike, what: str) -> npt.NDArray[np.float64]:
     given = _numbers(array, what, "fiu")
     if given.ndim != 1:
         raise InputError(f"{what} is a list of numbers, not an array of shape {given.shape}")
-    return np.ascontiguousarray(given, dtype=np.float64)
+    return np.require(given, np.float64, ["C", "A"])
 
 
 def _numbers(array: npt.ArrayLike, what: str, kinds: str) -> npt.NDArray[Any]:

@@ -51,7 +51,11 @@ class DistanceField:
         threads: int | None = None,
         progress: Progress | None = None,
     ) -> DistanceField:
-        """Build the field of a surface; ``padding`` is 10 spacings unless given."""
+        """Build the field of a surface.
+
+        ``padding`` is 10 spacings unless given; distances beyond ``truncation`` are stored as that,
+        and all distances are stored unless it is given.
+        """
         x = _arrays.points(vertices, "vertices")
         corners = _arrays.faces(faces, "faces")
         return cls(

@@ -93,6 +93,12 @@ def native(
             found.append((name, Posed(placement(name, motion), about)))
         else:
             found.append((name, _arrays.points(motion, f"vertices of {name!r}")))
+
+    # A center without effect is that of another body, or a mistyped name.
+    posed = {name for name, motion in found if isinstance(motion, Posed)}
+    for name in centers:
+        if name not in posed:
+            raise InputError(f"{name!r} has a center, and moves by no pose that turns about it")
     return found
 
 

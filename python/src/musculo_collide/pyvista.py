@@ -43,6 +43,6 @@ class Accessor:
         depth = np.zeros(colored.n_points)
         pair = self.check(other, margin)
         if pair is not None:
-            depth[pair.vertices_of_a.vertices] = -pair.vertices_of_a.gaps
+            depth[pair.vertices_of_a.vertices] = np.maximum(-pair.vertices_of_a.gaps, 0.0)
         colored.point_data["depth"] = depth
         return colored

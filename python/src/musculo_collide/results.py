@@ -94,7 +94,7 @@ def _numbers(record: Record) -> dict[str, Any]:
 
 
 def _plain(value: Any) -> Any:
-    if isinstance(value, Record):
+    if isinstance(value, (Record, Pairs)):
         return value.to_dict()
     if isinstance(value, tuple) and value and isinstance(value[0], Record):
         return [item.to_dict() for item in value]
