@@ -14,9 +14,11 @@ use proximity::{PairProximity, SurfaceTree};
 use crate::bodies::body;
 use crate::measure::Report;
 
-/// Budget of each comparison \[ms\], and of that of short calls with long ones: these take most of it,
-/// and a short one has to find a moment without other load.
+/// Budget of each comparison \[ms\].
 const BUDGET: u64 = 1000;
+
+/// Budget of one between calls of half a millisecond and of fourteen \[ms\]: the long ones take most of
+/// it, and the short ones have to find a moment without other load.
 const BUDGET_OF_SHORT_CALLS: u64 = 3000;
 
 /// Radius of both spheres, and the way from one center to the other \[mm\].
