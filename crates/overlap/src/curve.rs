@@ -65,7 +65,7 @@ pub(crate) struct Passing {
 }
 
 /// Identity of a passing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct PassingName {
     /// 0 if the edge is of A, 1 if it is of B.
     pub(crate) side: u8,

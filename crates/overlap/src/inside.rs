@@ -39,8 +39,9 @@ pub(crate) struct Inside {
     rim: Vec<u32>,
     /// One per vertex: true once a fill by winding numbers has visited it.
     visited: Vec<bool>,
-    /// Vertices that a fill has reached and not left, by winding numbers and from cut edges.
+    /// Vertices that a fill by winding numbers has reached and not left.
     stack: Vec<InsideVertex>,
+    /// Vertices that a fill from cut edges has reached and not left.
     reached: Vec<u32>,
     /// Inside ends of cut edges, still to be filled from.
     pending: Vec<u32>,

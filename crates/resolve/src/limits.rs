@@ -189,11 +189,12 @@ fn is_deeper(after: &[PairReport], before: &[PairReport]) -> bool {
 mod tests {
     use fixtures::shapes;
     use glam::DVec3;
+    use proximity::SurfaceTree;
     use scene::{BodyKind, Scene};
     use surface::progress::Progress;
 
     use super::*;
-    use crate::tissue::fitted_tree;
+    use crate::tissue::Tissue;
     use crate::{Conditions, ResolveParams};
 
     /// Detects the overlaps of balls of radius 5 in a row, each as deep in the one before as given.
@@ -257,7 +258,7 @@ mod tests {
     /// other one later: as many faces cross, and none that crossed at rest.
     #[test]
     fn faces_that_cross_elsewhere_cross_anew() {
-        let mut mesh = shapes::ellipsoid(DVec3::new(12.0, 12.0, 2.0), 3);
+        let mesh = shapes::ellipsoid(DVec3::new(12.0, 12.0, 2.0), 3);
         let pressed = |x: DVec3, side: f64| {
             let is_pressed = x.z > 0.0 && x.distance(DVec3::new(6.0 * side, 0.0, x.z)) < 3.0;
             if is_pressed { x - 4.5 * DVec3::Z } else { x }
@@ -265,25 +266,17 @@ mod tests {
         let [rest, other] =
             [1.0, -1.0].map(|side| mesh.positions.iter().map(|x| pressed(*x, side)).collect());
         let (rest, other): (Vec<DVec3>, Vec<DVec3>) = (rest, other);
-        mesh.positions.clone_from(&rest);
         let mut scene = Scene::new();
         scene.add("muscle", BodyKind::Deformable, mesh.surface(), rest.clone()).expect("a body");
-        let params = ResolveParams {
-            max_volume_change: 0.9,
-            max_strain: 10.0,
-            ..ResolveParams::with_smoothing(6.0)
-        };
-        let conditions = Conditions::default();
-        let run = Run::new(&mut scene, params, &conditions, &[], None, Progress::none());
-        let mut run = run.expect("a run");
+        scene.fit_all().expect("a tree");
+        let params = ResolveParams::with_smoothing(6.0);
+        let tissues = Tissue::of_bodies(&scene, &params, Progress::none()).expect("tissues");
+
         let mut counts = Vec::new();
         for x in [rest, other] {
-            run.move_soft(|_, _| Some(x.clone())).expect("positions");
-            run.record().expect("a round");
-            let tree = fitted_tree(run.scene.body(run.tissues[0].id));
-            let tissue = &run.tissues[0];
-            let all = tissue.self_crossings(tree, Progress::none()).expect("no interruption");
-            let new = tissue.count_new_self_crossings(tree, Progress::none());
+            let tree = SurfaceTree::new(mesh.surface(), x).expect("finite positions");
+            let all = tissues[0].self_crossings(&tree, Progress::none()).expect("no interruption");
+            let new = tissues[0].count_new_self_crossings(&tree, Progress::none());
             counts.push((all.len(), new.expect("no interruption")));
         }
         let [(at_rest, none), (elsewhere, new)] = counts[..] else { panic!("{counts:?}") };

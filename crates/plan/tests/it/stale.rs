@@ -211,7 +211,6 @@ fn a_vertex_that_coarse_surfaces_left_out_is_seen_where_it_juts_out() {
     assert!(pulled >= 10, "{pulled}");
 }
 
-/// Returns true if a frame compares so many vertices of the first pair.
 /// Pairs that were near when the plan was made.
 #[test]
 fn a_pair_that_is_ignored_later_is_in_no_result() {
@@ -224,6 +223,7 @@ fn a_pair_that_is_ignored_later_is_in_no_result() {
     assert_eq!(pairs, [PairId::new(first, second)]);
 }
 
+/// Returns true if a frame compares so many vertices of the first pair.
 fn compares(plan: &mut Plan, scene: &mut Scene, vertices: f64) -> bool {
     detect(plan, scene);
     let compared = plan.pairs()[0].operations.listed_vertices;
