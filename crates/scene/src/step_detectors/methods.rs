@@ -164,12 +164,15 @@ impl StepDetectors {
             found.add_vertices(&of, &on, near, gaps);
         }
 
-        // Balls do not compare edges, which may cross without a vertex inside.
-        let trees = [a, b].map(|id| scene.body(id).tree());
-        if let ([Some(a), Some(b)], false) = (trees, self.scratch.found.touches(gaps)) {
-            let DetectorScratch { surfaces, found, .. } = &mut self.scratch;
-            surfaces.compute(a, b, 0.0);
-            if surfaces.overlaps() {
+        // Balls do not compare edges, which may cross without a vertex inside, also beside one that touches.
+        let sides = [a, b].map(|id| ComparedSurface::new(scene.body(id), None));
+        if let [Some(a), Some(b)] = sides {
+            let DetectorScratch { surfaces, ridges, found, .. } = &mut self.scratch;
+            surfaces.compute(a.tree, b.tree, 0.0);
+            if surfaces.overlaps()
+                && (!found.touches(gaps)
+                    || ridges.add_contacts(surfaces, [a, b], 0.0, &mut found.contacts) > 0)
+            {
                 found.clear();
                 return Ok(Err(FallbackReason::CrossingEdges));
             }

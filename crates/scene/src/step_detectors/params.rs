@@ -25,8 +25,8 @@ pub enum StepMethod {
     /// Vertices and edges of a body against the distance field of the other, which is rigid, and
     /// the vertices of the rigid one against the surface.
     Field,
-    /// Vertices of both bodies against the balls of the other, measured at its surface. Where edges
-    /// cross without a vertex inside, the pair is detected exactly.
+    /// Vertices of both bodies against the balls of the other, measured at its surface. Where ridges
+    /// cross, or edges do and no vertex touches, the pair is detected exactly.
     Balls,
 }
 
@@ -81,8 +81,8 @@ pub enum FallbackReason {
         /// Distance up to which the coarse surface is trusted.
         allowed: f64,
     },
-    /// Edges cross without a vertex inside, or did when ridges last held the bodies: balls do not
-    /// compare edges.
+    /// Ridges cross, or edges do where no vertex touches, or they did when ridges last held the bodies:
+    /// balls do not compare edges.
     CrossingEdges,
 }
 

@@ -332,6 +332,38 @@ fn overlaps_that_no_contact_holds_are_named() {
     }
 }
 
+/// Ridges may cross at one place while a vertex touches at another: balls, which find the vertex
+/// alone, give way there, too.
+#[test]
+fn balls_give_way_where_ridges_cross_beside_a_vertex_that_touches() {
+    // A spindle along x of square section, with ridges above, below and at its sides.
+    let square = |x: DVec3| {
+        let [y, z] = [x.y, x.z].map(|c| c * x.y.hypot(x.z) / (x.y.abs() + x.z.abs()).max(1.0));
+        DVec3::new(x.x, y, z - 10.0)
+    };
+    let bone = fixtures::shapes::octasphere(10.0, 3).mapped(square);
+    let tip = needle(0.0).rotated(DVec3::X, 0.5).translated(DVec3::new(7.0, 2.0, -5.2));
+
+    for (height, touches) in [(-0.7, 2), (0.9, 1)] {
+        let soft = bar().rotated(DVec3::X, 0.5).rotated(DVec3::Z, 0.21);
+        let soft = soft.translated(DVec3::new(0.8, 0.0, height)).joined(&tip);
+        let [exact, by_balls] = [false, true].map(|has_balls| {
+            let mut pair = Pair::new(bone.clone(), soft.clone());
+            if has_balls {
+                pair.set_balls();
+            }
+            let found = pair.detect().expect("valid").into_iter().map(|contact| contact.gap);
+            let gaps: Vec<_> = found.filter(|gap| *gap < 0.0).collect();
+            (gaps, pair.detectors.fallbacks().len())
+        });
+        let is_close = |(a, b): (&f64, &f64)| (a - b).abs() < 1e-9;
+        assert_eq!(exact.0.len(), touches, "{:?}", exact.0);
+        assert_eq!(by_balls.0.len(), touches, "{:?}", by_balls.0);
+        assert!(by_balls.0.iter().zip(&exact.0).all(is_close), "{exact:?}, {by_balls:?}");
+        assert_eq!(by_balls.1, touches - 1, "balls are enough for a vertex");
+    }
+}
+
 fn at_rest() -> RigidMotion {
     RigidMotion::default()
 }
