@@ -27,7 +27,8 @@ pub enum PlanError {
         /// Reason why it does not suit them.
         reason: ExclusionReason,
     },
-    /// A scene with other bodies than the plan was made for.
+    /// A scene with other bodies than the plan was made for, by their names, kinds, faces, or positions
+    /// from which rigid ones are posed.
     #[error("the scene has other bodies than the plan was made for: make a new plan")]
     OtherScene,
     /// A rigid body with a field, whose vertices were moved one by one.

@@ -1,10 +1,12 @@
 //! Plans: a method per pair of bodies, with the structures that it needs.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use ccd::CcdParams;
-use scene::{Body, BodyMove, PairId, Progress, Revision, Scene, SweepReport};
-use surface::Aabb;
+use glam::DVec3;
+use scene::{Body, BodyKind, BodyMove, PairId, Progress, Revision, Scene, SweepReport};
+use surface::{Aabb, TriangleSurface};
 
 use crate::cost::count;
 use crate::motion::BodyMotion;
@@ -44,7 +46,11 @@ pub struct Plan {
 #[derive(Debug)]
 pub(crate) struct PlannedBody {
     pub(crate) name: String,
-    vertex_count: usize,
+    origin: Revision,
+    kind: BodyKind,
+    surface: Arc<TriangleSurface>,
+    /// Positions from which a rigid body is posed.
+    reference: Option<Vec<DVec3>>,
     /// Box around the body's vertices when the plan was made.
     pub(crate) bounds: Aabb,
     /// Revision of the positions that were found in range last.
@@ -53,10 +59,15 @@ pub(crate) struct PlannedBody {
 
 impl PlannedBody {
     pub(crate) fn new(body: &Body) -> Self {
-        let positions = body.positions();
-        let bounds = Aabb::of_points(positions.iter().copied());
-        let name = body.name().to_owned();
-        Self { name, vertex_count: positions.len(), bounds, in_range: None }
+        Self {
+            name: body.name().to_owned(),
+            origin: body.origin(),
+            kind: body.kind(),
+            surface: body.shared_surface(),
+            reference: body.reference().map(<[DVec3]>::to_vec),
+            bounds: Aabb::of_points(body.positions().iter().copied()),
+            in_range: None,
+        }
     }
 
     /// Returns true if the body is within a distance of its box when the plan was made.
@@ -72,8 +83,14 @@ impl PlannedBody {
         is_in_range
     }
 
+    /// Returns true if what was built for the body holds for another: that of a clone, or of the same file.
     fn is_like(&self, body: &Body) -> bool {
-        self.vertex_count == body.positions().len() && self.name == body.name()
+        let is_same = self.origin == body.origin();
+        is_same
+            || (self.name == body.name()
+                && self.kind == body.kind()
+                && self.surface.faces() == body.surface().faces()
+                && self.reference.as_deref() == body.reference())
     }
 }
 
@@ -161,7 +178,7 @@ impl Plan {
         self.pairs.binary_search_by_key(&pair, |planned| planned.pair).is_ok()
     }
 
-    /// Checks that the plan was made for a scene of these bodies.
+    /// Checks that the plan was made for bodies of these names, kinds, faces and references.
     pub(crate) fn check_scene(&self, scene: &Scene) -> Result<(), PlanError> {
         let mut pairs = self.bodies.iter().zip(scene.bodies());
         let as_many = self.bodies.len() == scene.bodies().len();

@@ -320,6 +320,12 @@ impl LazySurfaceTree {
         (self.fit == Fit::Current).then_some(&self.inner)
     }
 
+    /// Returns the connectivity, shared with whoever keeps it.
+    #[must_use]
+    pub fn shared_surface(&self) -> Arc<TriangleSurface> {
+        self.inner.shared_surface()
+    }
+
     /// Returns the surface.
     #[must_use]
     pub fn surface(&self) -> &TriangleSurface {

@@ -1,6 +1,7 @@
 //! Bodies of a scene, and their motion.
 
 use std::ops::Range;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec3;
@@ -59,6 +60,8 @@ pub struct Body {
     reference: Option<Vec<DVec3>>,
     /// Pose of a rigid body from its reference, unless vertices were moved one by one.
     pose: Option<Pose>,
+    /// Revision that it was added with.
+    origin: Revision,
     revision: Revision,
 }
 
@@ -131,6 +134,7 @@ impl Body {
             surface = surface.declared_open();
         }
         let pose = (kind == BodyKind::Rigid).then_some(Pose::IDENTITY);
+        let origin = Revision::next();
         Ok(Self {
             name,
             kind,
@@ -140,7 +144,8 @@ impl Body {
             bounds: None,
             reference: None,
             pose,
-            revision: Revision::next(),
+            origin,
+            revision: origin,
         })
     }
 
@@ -191,6 +196,12 @@ impl Body {
     #[must_use]
     pub fn surface(&self) -> &TriangleSurface {
         self.surface.surface()
+    }
+
+    /// Returns the connectivity, shared with whoever keeps it.
+    #[must_use]
+    pub fn shared_surface(&self) -> Arc<TriangleSurface> {
+        self.surface.shared_surface()
     }
 
     /// Returns the positions of the vertices.
@@ -268,6 +279,13 @@ impl Body {
     #[must_use]
     pub fn pose(&self) -> Option<Pose> {
         self.pose
+    }
+
+    /// Returns the revision that the body was added with: that of its clones, and of no other body. Its
+    /// name, kind, faces and reference stay the same.
+    #[must_use]
+    pub fn origin(&self) -> Revision {
+        self.origin
     }
 
     /// Returns the revision of the positions, which another move changes.

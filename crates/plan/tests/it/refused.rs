@@ -2,7 +2,9 @@
 
 use std::time::Duration;
 
+use fixtures::Mesh;
 use fixtures::shapes::icosphere;
+use glam::DVec3;
 use plan::{Detection, DetectionMethod, ForcedMethod, Plan, PlanError, PlanParams};
 use scene::{BodyKind, PairId, Scene, SceneError};
 use surface::progress::Progress;
@@ -111,4 +113,36 @@ fn scenes_with_other_bodies_are_refused() {
     scene.add("other", BodyKind::Rigid, mesh.surface(), mesh.positions).expect("a body");
     let refused = plan.detect(&mut scene, &mut Detection::default());
     assert_eq!(refused, Err(PlanError::OtherScene));
+}
+
+/// Bodies of the same names and numbers of vertices may still be others: as bone instead of muscle, larger, or
+/// with a hole.
+#[test]
+fn scenes_with_other_bodies_of_the_same_names_are_refused() {
+    let ball = icosphere(10.0, 3);
+    let open = Mesh { faces: ball.faces[1..].to_vec(), ..ball.clone() };
+    let scene_of = |kind, mesh: &Mesh| {
+        let mut scene = Scene::new();
+        for (name, kind, x) in [("muscle", BodyKind::Deformable, 18.0), ("bone", kind, 0.0)] {
+            let mesh = mesh.clone().translated(DVec3::X * x);
+            scene.add(name, kind, mesh.surface(), mesh.positions).expect("a body");
+        }
+        scene
+    };
+
+    let larger = ball.clone().scaled(DVec3::splat(1.01));
+    for (kind, others) in [
+        (BodyKind::Rigid, vec![(BodyKind::Deformable, &ball), (BodyKind::Rigid, &larger)]),
+        (BodyKind::Deformable, vec![(BodyKind::Open, &ball), (BodyKind::Deformable, &open)]),
+    ] {
+        let mut scene = scene_of(kind, &ball);
+        let mut plan = plan(&mut scene, &PlanParams::with_tolerance(0.5));
+        for mut like in [scene.clone(), scene_of(kind, &ball)] {
+            plan.detect(&mut like, &mut Detection::default()).expect("the same bodies");
+        }
+        for (kind, mesh) in others {
+            let refused = plan.detect(&mut scene_of(kind, mesh), &mut Detection::default());
+            assert_eq!(refused, Err(PlanError::OtherScene), "{kind:?}");
+        }
+    }
 }
