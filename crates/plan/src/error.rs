@@ -37,6 +37,14 @@ pub enum PlanError {
         /// The body's name.
         name: String,
     },
+    /// A soft body to move was added as polygons, whose centers follow their corners.
+    #[error(
+        "{name:?} has polygons, whose centers follow their corners: move it by steps of `SceneStep`"
+    )]
+    Polygons {
+        /// The body's name.
+        name: String,
+    },
     /// A reduced surface that cannot follow its body.
     #[error(transparent)]
     Proximity(#[from] ProximityError),

@@ -30,7 +30,7 @@ impl Plan {
     ///
     /// # Errors
     ///
-    /// [`PlanError::OtherScene`], and [`PlanError::Response`] for parameters out of range.
+    /// [`PlanError::OtherScene`], [`PlanError::Polygons`], and [`PlanError::Response`] for parameters out of range.
     pub fn respond(
         &self,
         scene: &mut Scene,
@@ -38,6 +38,9 @@ impl Plan {
         params: &RespondParams,
     ) -> Result<SolveReport, PlanError> {
         self.check_scene(scene)?;
+        if let Some(body) = scene.bodies().iter().find(|body| body.has_followers()) {
+            return Err(PlanError::Polygons { name: body.name().to_owned() });
+        }
         let (displacements, report) = displacements(scene, detection, params)?;
 
         // Each body takes its own part; vertices that were not kept follow those that were.

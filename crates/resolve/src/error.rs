@@ -38,6 +38,14 @@ pub enum ResolveError {
         /// Distance within which vertices are tied.
         distance: f64,
     },
+    /// A soft body was added as polygons, whose centers follow their corners.
+    #[error(
+        "'{name}' has polygons, whose centers follow their corners: add its triangles as a surface"
+    )]
+    Polygons {
+        /// Name of the body.
+        name: String,
+    },
     /// A body that is to be uncrossed has no inside, or is not oriented.
     #[error("'{name}' cannot be uncrossed: {source}")]
     NoInside {

@@ -101,6 +101,10 @@ impl<'a> Run<'a> {
             return Err(error.into());
         }
 
+        if let Some(body) = scene.bodies().iter().find(|body| body.has_followers()) {
+            return Err(ResolveError::Polygons { name: body.name().to_owned() });
+        }
+
         // Overlaps at the start, by which later rounds are judged.
         let margin = detection_margin(&params);
         let start = progress.part(0.0, 0.0);

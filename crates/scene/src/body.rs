@@ -16,22 +16,6 @@ use surface::{Aabb, Pose, Positions, SimplexSurface, SurfaceError, Term, Triangl
 
 use crate::SceneError;
 
-/// Number of a body in its scene, in the order they were added.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct BodyId(pub(crate) u32);
-
-/// Pair of bodies, the one of the lower number first.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[non_exhaustive]
-pub struct PairId {
-    /// The body of the lower number.
-    pub a: BodyId,
-    /// The body of the higher number.
-    pub b: BodyId,
-}
-
 /// Kind of motion of a body, and whether it is meant to have an inside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -87,34 +71,6 @@ pub(crate) struct BodyState {
     has_left: bool,
 }
 
-impl BodyId {
-    /// Returns the number itself, from 0.
-    #[must_use]
-    pub fn index(self) -> usize {
-        self.0 as usize
-    }
-}
-
-impl PairId {
-    /// Returns the pair of two bodies, named in whichever order.
-    #[must_use]
-    pub fn new(a: BodyId, b: BodyId) -> Self {
-        Self { a: a.min(b), b: a.max(b) }
-    }
-
-    /// Returns both bodies, the one of the lower number first.
-    #[must_use]
-    pub fn bodies(self) -> [BodyId; 2] {
-        [self.a, self.b]
-    }
-
-    /// Returns true if the body is one of the pair.
-    #[must_use]
-    pub fn contains(self, id: BodyId) -> bool {
-        self.a == id || self.b == id
-    }
-}
-
 impl Body {
     pub(crate) fn new(
         name: String,
@@ -158,6 +114,12 @@ impl Body {
     #[must_use]
     pub fn simplex(&self) -> Option<&SimplexSurface> {
         self.simplex.as_ref()
+    }
+
+    /// Returns true if vertices follow others as the body deforms: the centers of polygons.
+    #[must_use]
+    pub fn has_followers(&self) -> bool {
+        self.simplex.is_some() && !self.is_rigid()
     }
 
     /// Adds the centers of polygons as combinations of their vertices.
@@ -429,7 +391,7 @@ mod tests {
     use fixtures::shapes::tetrahedron;
 
     use super::*;
-    use crate::{BodyMove, CheckParams, Scene};
+    use crate::{BodyId, BodyMove, CheckParams, Scene};
 
     /// A row of rigid tetrahedra of size 1, of which the first two overlap and the others are 3
     /// apart from each other.

@@ -58,6 +58,7 @@ mod edge_overlap;
 mod error;
 mod field_contacts;
 mod geometry;
+mod ids;
 mod joint_contact;
 mod joint_turn_paths;
 mod kept_contacts;
@@ -89,13 +90,14 @@ pub use proximity::{ContactKind, NearVertex, NoInside, Region, Side, SweptContac
 
 pub use surface::progress::{Interrupted, Progress};
 
-pub use crate::body::{Body, BodyId, BodyKind, PairId, Revision};
+pub use crate::body::{Body, BodyKind, Revision};
 pub use crate::body_place::{BodyMove, BodyPlace};
 pub use crate::coincidence::Coincidence;
 pub use crate::depth_bracket::DepthBracket;
 pub use crate::edge_overlap::{EdgeOverlap, FacePoint};
 pub use crate::error::SceneError;
 pub use crate::geometry::{OverlapGeometry, PatchFace};
+pub use crate::ids::{BodyId, PairId};
 pub use crate::joint_turn_paths::{JointScene, JointTurns, TurnContact, TurnEnd};
 pub use crate::kept_contacts::{KeptPair, PermanentParams, Renewal};
 pub use crate::pair_contacts::PairContacts;

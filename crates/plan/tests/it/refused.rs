@@ -5,8 +5,9 @@ use std::time::Duration;
 use fixtures::Mesh;
 use fixtures::shapes::icosphere;
 use glam::DVec3;
-use plan::{Detection, DetectionMethod, ForcedMethod, Plan, PlanError, PlanParams};
+use plan::{Detection, DetectionMethod, ForcedMethod, Plan, PlanError, PlanParams, RespondParams};
 use scene::{BodyKind, PairId, Scene, SceneError};
+use surface::SimplexSurface;
 use surface::progress::Progress;
 
 use crate::{plan, three};
@@ -144,5 +145,26 @@ fn scenes_with_other_bodies_of_the_same_names_are_refused() {
             let refused = plan.detect(&mut scene_of(kind, mesh), &mut Detection::default());
             assert_eq!(refused, Err(PlanError::OtherScene), "{kind:?}");
         }
+    }
+}
+
+/// The center of a polygon is no vertex of its own: what a response moves would not hold of the polygons.
+#[test]
+fn soft_polygons_are_not_moved_as_triangles() {
+    let ball = icosphere(10.0, 2);
+    let simplex = SimplexSurface::dual_of(&ball.surface()).expect("closed");
+    let centroids = (0..ball.faces.len()).map(|face| ball.centroid(face));
+    let x: Vec<DVec3> = centroids.map(|x| x + DVec3::X * 18.0).collect();
+    for kind in [BodyKind::Deformable, BodyKind::Rigid] {
+        let mut scene = Scene::new();
+        let bone = scene.add("bone", BodyKind::Rigid, ball.surface(), ball.positions.clone());
+        bone.expect("a bone");
+        scene.add_simplex("muscle", kind, simplex.clone(), &x).expect("polygons");
+        let mut plan = plan(&mut scene, &PlanParams::with_tolerance(0.1));
+        let mut detection = Detection::default();
+        plan.detect(&mut scene, &mut detection).expect("a detection");
+        let moved = plan.respond(&mut scene, &detection, &RespondParams::default());
+        let refused = PlanError::Polygons { name: "muscle".into() };
+        assert_eq!(moved.err(), (kind == BodyKind::Deformable).then_some(refused));
     }
 }

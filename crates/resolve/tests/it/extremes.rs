@@ -5,6 +5,7 @@ use fixtures::shapes;
 use glam::DVec3;
 use resolve::{ResolveError, ResolveParams, WrittenPrecision};
 use scene::{BodyKind, Scene};
+use surface::SimplexSurface;
 use surface::progress::Progress;
 
 use crate::gap::brute_distance;
@@ -65,4 +66,29 @@ fn a_gap_holds_in_a_file_that_rounds_more_than_that() {
     let distance = brute_distance(&scene, bone, muscle);
     assert!(resolution.resolved, "{:?} {:?}", resolution.gap, resolution.remaining);
     assert!(distance >= gap && distance < 0.5, "{distance}");
+}
+
+/// The center of a polygon is no vertex of its own: a gap of the triangles would not hold of the polygons.
+#[test]
+fn soft_polygons_are_refused_by_name() {
+    let ball = shapes::icosphere(10.0, 2);
+    let simplex = SimplexSurface::dual_of(&ball.surface()).expect("closed");
+    let centroids = (0..ball.faces.len()).map(|face| ball.centroid(face));
+    let x: Vec<DVec3> = centroids.map(|x| x + DVec3::X * 18.6).collect();
+    for (kind, other) in
+        [(BodyKind::Deformable, BodyKind::Rigid), (BodyKind::Rigid, BodyKind::Deformable)]
+    {
+        let mut scene = Scene::new();
+        scene.add_simplex("polygons", kind, simplex.clone(), &x).expect("polygons");
+        scene.add("ball", other, ball.surface(), ball.positions.clone()).expect("a ball");
+        let before = scene.body(scene.find("polygons").expect("a body")).positions().to_vec();
+        let resolution = resolve::resolve(&mut scene, &crate::PARAMS, Progress::none());
+        if kind == BodyKind::Rigid {
+            assert!(resolution.expect("a resolution").resolved);
+        } else {
+            let refused = ResolveError::Polygons { name: "polygons".into() };
+            assert_eq!(resolution.err(), Some(refused));
+        }
+        assert_eq!(scene.body(scene.find("polygons").expect("a body")).positions(), before);
+    }
 }
