@@ -131,7 +131,7 @@ impl Run<'_> {
     }
 
     /// Makes the row of a contact; `None` where neither side can move.
-    fn row(&self, contact: &Contact) -> Option<GapRow> {
+    pub(crate) fn row(&self, contact: &Contact) -> Option<GapRow> {
         let mut terms = Terms::new();
         for term in contact.stencil.terms() {
             if self.inverse_masses[term.particle as usize] != 0.0 {

@@ -15,6 +15,7 @@ use surface::{parallel, triangle};
 
 use crate::damage::rounded_to_single;
 use crate::elastic::{ElasticProblem, GapRow, Terms};
+use crate::held_overlaps::HeldOverlaps;
 use crate::near_pairs::detection_cost;
 use crate::relaxation::{SOLVED_SHARE, STEP_SWEEPS};
 use crate::resolution::{BrokenLimit, GapRound, overlaps_in};
@@ -71,6 +72,9 @@ impl Run<'_> {
             let displacements =
                 problem.minimize(&at_rest, GAP_SWEEPS, SOLVED_SHARE * slack, penalty);
             moved = self.move_freely(&displacements, &crossing)?;
+            if !crossing.is_empty() {
+                self.detect_moved(&moved)?;
+            }
         };
         let is_accepted = search.least_accepted < f64::INFINITY;
         if is_accepted {
@@ -80,8 +84,8 @@ impl Run<'_> {
         Ok(if is_accepted { broken } else { Vec::new() })
     }
 
-    /// Accepts the present state where less is left than in all accepted before, and no body is
-    /// beyond its limits; returns what a better one breaks.
+    /// Accepts the present state where less is left than in all accepted before, what overlaps is no deeper
+    /// than in the first of them, and no body is beyond its limits; returns what a better one breaks.
     fn judge_gap_round(
         &mut self,
         mut round: GapRound,
@@ -89,7 +93,8 @@ impl Run<'_> {
     ) -> Result<Vec<BrokenLimit>, ResolveError> {
         round.merit = round.left(&self.params);
         let mut broken = Vec::new();
-        if round.merit < search.least_accepted {
+        let is_no_deeper = search.held.as_ref().is_none_or(|held| held.are_no_deeper(self));
+        if round.merit < search.least_accepted && is_no_deeper {
             // Steps let no body cross itself anew: counted once.
             broken = self.broken_limits(search.rounds == 0)?;
             round.is_accepted = broken.is_empty() || self.params.keep_going;
@@ -97,6 +102,7 @@ impl Run<'_> {
         if round.is_accepted {
             search.least_accepted = round.merit;
             self.accept_state(search.from_round);
+            search.held.get_or_insert_with(|| HeldOverlaps::of(self));
         }
         search.add(&round);
         self.gap_rounds.push(round);
@@ -227,6 +233,7 @@ impl Run<'_> {
             round.short_pairs += usize::from(is_short_pair);
         }
 
+        self.hold_overlaps(&mut problem);
         self.add_bodies(seeds, &mut problem, &mut round)?;
         self.add_tie_bonds(&mut problem);
         Ok((problem, round))
@@ -321,6 +328,8 @@ impl Run<'_> {
 struct GapSearch {
     /// Round of whose state they begin.
     from_round: usize,
+    /// What overlaps in the first accepted state.
+    held: Option<HeldOverlaps>,
     /// Rounds so far, and the last ones of them without progress.
     rounds: usize,
     stalled: usize,
@@ -332,7 +341,7 @@ struct GapSearch {
 impl GapSearch {
     fn new(from_round: usize) -> Self {
         let least = f64::INFINITY;
-        Self { from_round, rounds: 0, stalled: 0, least, least_accepted: least }
+        Self { from_round, held: None, rounds: 0, stalled: 0, least, least_accepted: least }
     }
 
     fn add(&mut self, round: &GapRound) {

@@ -57,6 +57,7 @@ mod exit_sides;
 mod free_step;
 mod gap_rounds;
 mod held;
+mod held_overlaps;
 mod limits;
 mod near_pairs;
 mod occurrences;
