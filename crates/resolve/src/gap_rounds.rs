@@ -328,7 +328,7 @@ impl Run<'_> {
 struct GapSearch {
     /// Round of whose state they begin.
     from_round: usize,
-    /// What overlaps in the first accepted state.
+    /// Overlaps of the first accepted state.
     held: Option<HeldOverlaps>,
     /// Rounds so far, and the last ones of them without progress.
     rounds: usize,
