@@ -29,8 +29,8 @@ pub(crate) struct Inside {
     cluster_ends: Vec<[u32; 2]>,
     /// True if some winding number is not 1.
     pub(crate) covers_twice: bool,
-    /// True if the other surface has no inside.
-    pub(crate) is_undefined: bool,
+    /// True if the other surface was compared, and has an inside.
+    pub(crate) is_defined: bool,
     /// One per vertex: 1 + its place in `vertices`, or 0.
     places: Vec<u32>,
     /// One per vertex: true for ends of cut edges.
@@ -76,7 +76,7 @@ impl Inside {
     ) {
         let own = bodies[side];
         self.clear(own);
-        self.is_undefined = false;
+        self.is_defined = true;
         let cut_edges = &curve.cut_edges[side];
         for cut in cut_edges.as_slice() {
             for end in own.surface().edges()[cut.edge as usize] {
@@ -95,15 +95,12 @@ impl Inside {
     /// Takes no vertex to be inside, since the other surface has no inside.
     pub(crate) fn find_none(&mut self, own: &SurfaceTree) {
         self.clear(own);
-        self.is_undefined = true;
+        self.is_defined = false;
     }
 
     /// Returns the winding number of the other surface about a vertex, 0 outside.
     pub(crate) fn winding(&self, vertex: u32) -> i32 {
-        match self.places[vertex as usize] {
-            0 => 0,
-            place => self.vertices[place as usize - 1].winding,
-        }
+        self.vertex(vertex).map_or(0, |found| found.winding)
     }
 
     /// Returns the winding number of the other surface about one of [`faces`](Self::faces).
@@ -115,7 +112,7 @@ impl Inside {
     /// Returns the place of a vertex among those inside.
     #[inline]
     pub(crate) fn place(&self, vertex: u32) -> Option<u32> {
-        self.places[vertex as usize].checked_sub(1)
+        self.places.get(vertex as usize)?.checked_sub(1)
     }
 
     /// Returns a vertex if it is inside.

@@ -143,7 +143,7 @@ impl FaceSide {
     /// Classifies a face by the crossing curve and by the inside vertices.
     fn of(clipper: &Clipper<'_>, face: u32) -> Self {
         let Clipper { side, body, curve, inside, .. } = *clipper;
-        if inside.is_undefined {
+        if !inside.is_defined {
             return Self::Outside;
         }
         let is_cut = curve.cut_faces[side].binary_search(&face).is_ok();

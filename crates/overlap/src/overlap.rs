@@ -128,6 +128,23 @@ impl OverlapDetector {
         out: &mut Overlap,
         progress: Progress<'_>,
     ) -> Result<(), Interrupted> {
+        let measured = self.measure_whole(bodies, candidates, out, progress);
+        if measured.is_err() {
+            // Nor of the pair before: a part of it is overwritten.
+            (self.curve, self.inside, self.regions) = Default::default();
+            *out = Overlap::default();
+        }
+        measured
+    }
+
+    /// As [`measure_candidates`](Self::measure_candidates); leaves a part where it is interrupted.
+    fn measure_whole(
+        &mut self,
+        bodies: [&SurfaceTree; 2],
+        candidates: &[[u32; 2]],
+        out: &mut Overlap,
+        progress: Progress<'_>,
+    ) -> Result<(), Interrupted> {
         out.no_inside = bodies.map(|body| body.has_winding_number().err());
 
         // The curve settles by exact signs which vertices are inside; rays only check it.
@@ -208,7 +225,7 @@ impl OverlapDetector {
         for (side, found) in found.iter_mut().enumerate() {
             let Self { curve, inside, regions, depths, .. } = &mut *self;
             let (body, other, inside) = (bodies[side], bodies[1 - side], &inside[side]);
-            if !(inside.is_undefined || inside.covers_twice) {
+            if inside.is_defined && !inside.covers_twice {
                 let clipper = Clipper { side, body, curve, inside, regions, region };
                 *found = depth(&clipper, other, known[side], params, depths, progress)?;
             }
@@ -274,7 +291,7 @@ impl OverlapDetector {
     pub fn patches(&self, side: usize, body: &SurfaceTree) -> Vec<ClippedFace> {
         let Self { curve, inside, regions, .. } = self;
         let inside = &inside[side];
-        if inside.is_undefined || inside.covers_twice {
+        if !inside.is_defined || inside.covers_twice {
             return Vec::new();
         }
         let clipper = Clipper { side, body, curve, inside, regions, region: None };

@@ -94,3 +94,31 @@ fn polls_grow_with_the_bodies() {
     });
     assert!(many > 2 * few, "{few} polls, {many} for 64 times as many faces");
 }
+
+/// What was measured before is not taken for the pair whose measure was interrupted, nor is anything of a
+/// detector that has measured nothing.
+#[test]
+fn nothing_is_left_of_a_measure_that_was_interrupted() {
+    let (large, bodies) = (spheres(4), spheres(3));
+    let [a, b] = bodies.each_ref();
+    let mut detector = OverlapDetector::default();
+    for last in 0..5 {
+        let polls = AtomicUsize::new(0);
+        let handler = |_| match polls.fetch_add(1, Ordering::Relaxed) + 1 {
+            poll if poll >= last => ControlFlow::Break(()),
+            _ => ControlFlow::Continue(()),
+        };
+        if last > 0 {
+            let mut overlap = detector.measure(&large[0], &large[1]);
+            let measured = detector.try_measure_into([a, b], &mut overlap, Progress::new(&handler));
+            assert_eq!((measured, overlap), (Err(Interrupted), Overlap::default()), "{last}");
+        }
+
+        assert_eq!(detector.depths([a, b], &DEPTH), [None; 2], "{last}");
+        assert_eq!([0, 1].map(|side| detector.patches(side, a).len()), [0; 2], "{last}");
+        assert!(detector.curve().is_empty(), "{last}");
+        let joint = detector.joint_contact([a, b], &JOINT, Progress::none());
+        let joint = joint.expect("parameters in range");
+        assert!(joint.iter().all(|contact| contact.total.min_gap >= 0.0), "{last}");
+    }
+}
