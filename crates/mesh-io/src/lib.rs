@@ -47,6 +47,7 @@ mod msh;
 mod nrrd;
 mod obj;
 mod osim;
+mod osim_frames;
 mod ply;
 mod ply_binary;
 mod ply_replace;

@@ -1,16 +1,18 @@
 //! OpenSim models (`.osim`): which mesh hangs on which body, its scale and its offset.
 //!
 //! Models of OpenSim 4 have `Mesh` elements in the `attached_geometry` of bodies and of offset frames
-//! among their components. Models of OpenSim 3 have a `VisibleObject` per body, with the
-//! `DisplayGeometry` of its `GeometrySet`. Other shapes than meshes, and what hangs on the ground,
-//! are left out.
+//! among their components ([`crate::osim_frames`]). Models of OpenSim 3 have a `VisibleObject` per
+//! body, with the `DisplayGeometry` of its `GeometrySet`: both scales act before both transforms.
+//! Other shapes than meshes, what hangs on the ground, and frames of joints are left out.
 //!
-//! Source: OpenSim API, classes `Mesh`, `PhysicalOffsetFrame` and, before version 4,
-//! `DisplayGeometry`. Orientations are body-fixed rotations about x, y and z.
+//! Source: OpenSim API, classes `Mesh`, `PhysicalFrame` (which converts models of OpenSim 3) and,
+//! before version 4, `DisplayGeometry` and `ModelVisualizer`. Orientations are body-fixed rotations
+//! about x, y and z.
 
 use glam::{DAffine3, DQuat, DVec3};
 
 use crate::error::Format;
+use crate::osim_frames::Frames;
 use crate::vtk::xml::Element;
 use crate::{FilePlace, ReadError};
 
@@ -63,8 +65,9 @@ impl OpenSimModel {
 
         // Motions name the bodies that they move: two of one name could not be told apart.
         let objects = model.child("BodySet").and_then(|set| set.child("objects"));
+        let elements = || objects.iter().flat_map(|objects| objects.children("Body"));
         let mut bodies: Vec<ModelBody> = Vec::new();
-        for element in objects.iter().flat_map(|objects| objects.children("Body")) {
+        for element in elements() {
             let body = ModelBody::read(element)?;
             if bodies.iter().any(|other| other.name == body.name) {
                 let problem = format!("a second body is named '{}'", body.name);
@@ -75,6 +78,9 @@ impl OpenSimModel {
         if bodies.is_empty() {
             return Err(malformed(model, "the model has no bodies"));
         }
+
+        // OpenSim 4 attaches meshes to frames, which may stand in those of other bodies.
+        add_attached(model, elements(), &mut bodies)?;
         Ok(Self { bodies })
     }
 }
@@ -87,9 +93,8 @@ impl ModelBody {
         }
         let mass_center = vector(element, "mass_center", DVec3::ZERO)?;
 
-        // OpenSim 4 attaches meshes to frames, OpenSim 3 lists them as what is visible.
+        // OpenSim 3 lists meshes as what is visible.
         let mut meshes = Vec::new();
-        add_attached(element, DAffine3::IDENTITY, &mut meshes)?;
         if let Some(visible) = element.child("VisibleObject") {
             add_displayed(visible, &mut meshes)?;
         }
@@ -97,41 +102,30 @@ impl ModelBody {
     }
 }
 
-/// Adds the meshes of a frame of OpenSim 4, and of the frames that are offset from it.
-fn add_attached(
-    element: &Element,
-    frame: DAffine3,
-    meshes: &mut Vec<ModelMesh>,
+/// Adds the meshes of OpenSim 4 to the bodies that they follow.
+fn add_attached<'a>(
+    model: &'a Element,
+    elements: impl Iterator<Item = &'a Element>,
+    bodies: &mut [ModelBody],
 ) -> Result<(), ReadError> {
-    for attached in element.children("attached_geometry") {
-        for mesh in attached.children("Mesh") {
-            let scale = scale_of(mesh)?;
-            meshes.push(ModelMesh {
-                file: file_of(mesh, "mesh_file")?,
-                placement: frame * DAffine3::from_scale(scale),
-            });
-        }
-    }
-
-    // Offset frames nest: each is placed relative to the frame that holds it.
-    for components in element.children("components") {
-        for offset in components.children("PhysicalOffsetFrame") {
-            let translation = vector(offset, "translation", DVec3::ZERO)?;
-            let orientation = vector(offset, "orientation", DVec3::ZERO)?;
-            add_attached(offset, frame * rigid(orientation, translation), meshes)?;
-        }
-    }
-    Ok(())
+    Frames::of(model, elements).visit_meshes(|mesh, place| {
+        let placement = place.to_body * DAffine3::from_scale(scale_of(mesh)?);
+        let file = file_of(mesh, "mesh_file")?;
+        bodies[place.body].meshes.push(ModelMesh { file, placement });
+        Ok(())
+    })
 }
 
 /// Adds the meshes of a body of OpenSim 3.
 fn add_displayed(visible: &Element, meshes: &mut Vec<ModelMesh>) -> Result<(), ReadError> {
-    let of_body = transform_of(visible)? * DAffine3::from_scale(scale_of(visible)?);
+    // Both scales act on the coordinates of the file, before both transforms.
+    let (of_body, scale) = (transform_of(visible)?, scale_of(visible)?);
     let objects = visible.child("GeometrySet").and_then(|set| set.child("objects"));
     for geometry in objects.iter().flat_map(|objects| objects.children("DisplayGeometry")) {
-        let own = transform_of(geometry)? * DAffine3::from_scale(scale_of(geometry)?);
+        let scale = DAffine3::from_scale(scale * scale_of(geometry)?);
+        let placement = of_body * transform_of(geometry)? * scale;
         let file = file_of(geometry, "geometry_file")?;
-        meshes.push(ModelMesh { file, placement: of_body * own });
+        meshes.push(ModelMesh { file, placement });
     }
     Ok(())
 }
@@ -163,7 +157,7 @@ fn transform_of(element: &Element) -> Result<DAffine3, ReadError> {
 }
 
 /// Returns a turn by body-fixed angles in radians about x, y and z, and a translation.
-fn rigid(angles: DVec3, translation: DVec3) -> DAffine3 {
+pub(crate) fn rigid(angles: DVec3, translation: DVec3) -> DAffine3 {
     let rotation = DQuat::from_rotation_x(angles.x)
         * DQuat::from_rotation_y(angles.y)
         * DQuat::from_rotation_z(angles.z);
@@ -171,7 +165,7 @@ fn rigid(angles: DVec3, translation: DVec3) -> DAffine3 {
 }
 
 /// Returns the three numbers of a child, or others where there is none.
-fn vector(element: &Element, name: &str, absent: DVec3) -> Result<DVec3, ReadError> {
+pub(crate) fn vector(element: &Element, name: &str, absent: DVec3) -> Result<DVec3, ReadError> {
     Ok(numbers(element, name)?.map_or(absent, DVec3::from_array))
 }
 
@@ -190,11 +184,11 @@ fn numbers<const N: usize>(element: &Element, name: &str) -> Result<Option<[f64;
     }
 }
 
-fn text_of(element: &Element) -> String {
+pub(crate) fn text_of(element: &Element) -> String {
     String::from_utf8_lossy(&element.text).trim().to_owned()
 }
 
-fn malformed(element: &Element, problem: impl AsRef<str>) -> ReadError {
+pub(crate) fn malformed(element: &Element, problem: impl AsRef<str>) -> ReadError {
     FORMAT.malformed(FilePlace::Byte(element.at), problem)
 }
 
@@ -247,7 +241,104 @@ mod tests {
         let bodies = OpenSimModel::parse(&model(&text)).expect("a model").bodies;
         let mesh = &bodies[0].meshes[0];
         let x = mesh.placement.transform_point3(DVec3::new(2.0, 0.0, 0.0));
-        assert!(x.distance(DVec3::new(1.0, 6.0, 0.0)) < 1e-14, "{x}");
+        assert!(x.distance(DVec3::new(1.0, 2.0, 0.0)) < 1e-14, "{x}");
+        let y = mesh.placement.transform_point3(DVec3::new(0.0, 2.0, 0.0));
+        assert!(y.distance(DVec3::new(-5.0, 0.0, 0.0)) < 1e-14, "{y}");
+    }
+
+    /// A frame stands in the frame that its socket names, not in the element that holds it.
+    #[test]
+    fn offset_frames_stand_in_the_frames_that_their_sockets_name() {
+        let frame = |name: &str, socket: &str, x: f64, more: &str| {
+            format!(
+                "<PhysicalOffsetFrame name=\"{name}\"><socket_parent>{socket}</socket_parent>\
+                 <translation>{x} 0 0</translation><attached_geometry><Mesh name=\"m\">\
+                 <socket_frame>..</socket_frame><mesh_file>{name}.stl</mesh_file></Mesh>\
+                 </attached_geometry>{more}</PhysicalOffsetFrame>"
+            )
+        };
+        let inner = frame("inner", "/bodyset/femur/late", 16.0, "");
+        let inner = format!("<components>{inner}</components>");
+        let frames = [
+            frame("own", "..", 1.0, &inner),
+            frame("absolute", "/bodyset/tibia", 2.0, ""),
+            frame("beside", "../late", 4.0, ""),
+            frame("late", "/bodyset/femur", 8.0, ""),
+            frame("across", "../../tibia/far", 32.0, ""),
+            frame("fixed", "/ground", 64.0, ""),
+        ];
+        let far = frame("far", "/leg/bodyset/tibia", 128.0, "");
+        let text = format!(
+            "<Body name=\"femur\"><components>{}</components></Body>\
+             <Body name=\"tibia\"><components>{far}</components></Body>",
+            frames.concat()
+        );
+        let bodies = OpenSimModel::parse(&model(&text)).expect("a model").bodies;
+
+        // Each sum of powers of two has one way to be a sum.
+        let mut placed = Vec::new();
+        for body in &bodies {
+            for mesh in &body.meshes {
+                placed
+                    .push(format!("{} {} {}", body.name, mesh.file, mesh.placement.translation.x));
+            }
+        }
+        let expected = [
+            "femur own.stl 1",
+            "femur inner.stl 24",
+            "femur beside.stl 12",
+            "femur late.stl 8",
+            "tibia absolute.stl 2",
+            "tibia across.stl 160",
+            "tibia far.stl 128",
+        ];
+        assert_eq!(placed, expected);
+    }
+
+    #[test]
+    fn geometry_in_another_frame_follows_its_socket() {
+        let mesh = "<attached_geometry><Mesh><socket_frame>/bodyset/tibia</socket_frame>\
+                    <mesh_file>m.stl</mesh_file></Mesh></attached_geometry>";
+        let text = format!("<Body name=\"femur\">{mesh}</Body><Body name=\"tibia\"/>");
+        let bodies = OpenSimModel::parse(&model(&text)).expect("a model").bodies;
+        assert_eq!(bodies.iter().map(|body| body.meshes.len()).collect::<Vec<_>>(), [0, 1]);
+    }
+
+    #[test]
+    fn sockets_without_a_frame_are_refused() {
+        let frame = |name: &str, socket: &str| {
+            format!(
+                "<PhysicalOffsetFrame name=\"{name}\"><socket_parent>{socket}</socket_parent>\
+                 <attached_geometry><Mesh><mesh_file>m.stl</mesh_file></Mesh></attached_geometry>\
+                 </PhysicalOffsetFrame>"
+            )
+        };
+        let refusal = |frames: &str| {
+            let body = format!("<Body name=\"b\"><components>{frames}</components></Body>");
+            OpenSimModel::parse(&model(&body)).expect_err("not placed").to_string()
+        };
+        for socket in ["/bodyset/other", "/jointset/hip/b_offset", "b", "../../../.."] {
+            let error = refusal(&frame("o", socket));
+            let problem = format!("'{socket}' is no body and no offset frame of one");
+            assert!(error.contains(&problem), "{error}");
+        }
+        for frames in [frame("o", "."), frame("o", "../p") + &frame("p", "../o")] {
+            let error = refusal(&frames);
+            assert!(error.contains("stands in itself"), "{error}");
+        }
+    }
+
+    /// The order of OpenSim: scales first, whichever element has them, then both transforms.
+    #[test]
+    fn scales_of_open_sim_3_do_not_stretch_offsets() {
+        let text = "<Body name=\"tibia\"><VisibleObject><GeometrySet><objects><DisplayGeometry>\
+             <geometry_file>tibia.vtp</geometry_file><transform>0 0 0 1 10 0</transform>\
+             <scale_factors>2 2 2</scale_factors></DisplayGeometry></objects></GeometrySet>\
+             <scale_factors>1 3 1</scale_factors><transform>0 0 0 0 0 5</transform>\
+             </VisibleObject></Body>";
+        let bodies = OpenSimModel::parse(&model(text)).expect("a model").bodies;
+        let x = bodies[0].meshes[0].placement.transform_point3(DVec3::ONE);
+        assert_eq!(x, DVec3::new(3.0, 16.0, 7.0));
     }
 
     #[test]
