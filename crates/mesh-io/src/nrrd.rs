@@ -36,6 +36,10 @@ const STEP: &str = "distance step";
 /// Key of the kind of node values.
 const NODES: &str = "distance nodes";
 
+/// Fields of the ends of the axes.
+const MINS: &str = "axis mins";
+const MAXS: &str = "axis maxs";
+
 /// Kinds of node values, by their names in files.
 const KINDS: [(&str, NodeValues); 2] = [
     ("interpolating", NodeValues::Interpolating),
@@ -103,7 +107,8 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<DistanceField, ReadError> {
     let (header, data) = Header::cut(bytes)?;
     header.check_supported()?;
     let dims = header.numbers_of("sizes", "three counts")?;
-    let (origin, spacing) = (header.origin()?, header.spacing()?);
+    let spacing = header.spacing()?;
+    let origin = header.origin(dims, spacing)?;
 
     // The data are as large as the grid says before memory is reserved for it.
     let values = header.values(data, dims)?;
@@ -160,8 +165,9 @@ impl<'a> Header<'a> {
         Ok(())
     }
 
+    /// Returns the value of a field, whose name may be written without its blank.
     fn get(&self, name: &str) -> Option<&'a str> {
-        let field = self.fields.iter().find(|(known, _)| known.eq_ignore_ascii_case(name))?;
+        let field = self.fields.iter().find(|(known, _)| letters(known).eq(letters(name)))?;
         Some(field.1)
     }
 
@@ -188,7 +194,7 @@ impl<'a> Header<'a> {
 
     fn check_supported(&self) -> Result<(), ReadError> {
         // A skip of 0 is the same as none.
-        for name in ["data file", "datafile", "line skip", "lineskip", "byte skip", "byteskip"] {
+        for name in ["data file", "line skip", "byte skip"] {
             if self.get(name).is_some_and(|value| value != "0") {
                 return Err(NRRD.unsupported(format!("data in another place ('{name}')")));
             }
@@ -207,14 +213,87 @@ impl<'a> Header<'a> {
     }
 
     /// Returns the position of the first node, 0 where the file does not say.
-    fn origin(&self) -> Result<DVec3, ReadError> {
+    fn origin(&self, dims: [usize; 3], spacing: f64) -> Result<DVec3, ReadError> {
+        let ends = [self.positions_of(MINS)?, self.positions_of(MAXS)?];
         let Some(text) = self.get("space origin") else {
-            return Ok(DVec3::ZERO);
+            return match ends {
+                [None, None] => Ok(DVec3::ZERO),
+                [Some(mins), maxs] => self.origin_of_ends(mins, maxs, dims, spacing),
+                [None, Some(_)] => Err(NRRD.unsupported(format!("ends of axes without '{MINS}'"))),
+            };
         };
+
+        // The format forbids both, and they could contradict each other.
+        if let [Some(_), _] | [_, Some(_)] = ends {
+            return Err(NRRD.unsupported(format!("'{MINS}' beside an origin")));
+        }
         match vectors(text).as_deref() {
             Some(&[origin]) => Ok(origin),
             _ => Err(NRRD.in_field("space origin", format!("{} is not a vector", quoted(text)))),
         }
+    }
+
+    /// Returns the position of the first node by the ends of the axes: those of nodes are at the
+    /// first and the last, those of cells half a spacing outside.
+    fn origin_of_ends(
+        &self,
+        mins: DVec3,
+        maxs: Option<DVec3>,
+        dims: [usize; 3],
+        spacing: f64,
+    ) -> Result<DVec3, ReadError> {
+        let outside = self.outside_nodes()?;
+        let Some(maxs) = maxs else { return Ok(mins + spacing * outside) };
+
+        // The last node, as far from its end as the first is. Ends are rounded as they are written.
+        let steps = DVec3::from_array(dims.map(last_node)) + 2.0 * outside;
+        let expected = mins + spacing * steps;
+        let largest = mins.abs().max(maxs.abs()).max_element();
+        if (maxs - expected).abs().max_element() > 1e-6 * (spacing + largest) {
+            let text = quoted(self.get(MAXS).unwrap_or_default());
+            let problem = format!("{text} does not fit '{MINS}' with {spacing} between nodes");
+            return Err(NRRD.in_field(MAXS, problem));
+        }
+        Ok(mins + spacing * outside)
+    }
+
+    /// Returns how far the ends of the axes are outside the first and last nodes, in spacings.
+    fn outside_nodes(&self) -> Result<DVec3, ReadError> {
+        let text = match self.get("centerings") {
+            Some(text) => text,
+            None => self.need("centers")?,
+        };
+        let mut outside = Vec::new();
+        for word in text.split_whitespace() {
+            match word.to_ascii_lowercase().as_str() {
+                "node" => outside.push(0.0),
+                "cell" => outside.push(0.5),
+                _ => break,
+            }
+        }
+        match <[f64; 3]>::try_from(outside) {
+            Ok(outside) => Ok(DVec3::from_array(outside)),
+            Err(_) => {
+                let problem = format!("{} is not 'cell' or 'node' per axis", quoted(text));
+                Err(NRRD.in_field("centers", problem))
+            }
+        }
+    }
+
+    /// Returns the positions in a field, none where it is absent or has no numbers.
+    fn positions_of(&self, name: &'static str) -> Result<Option<DVec3>, ReadError> {
+        if self.get(name).is_none() {
+            return Ok(None);
+        }
+        let positions = DVec3::from_array(self.numbers_of(name, "three positions")?);
+        if positions.is_nan_mask().all() {
+            return Ok(None);
+        }
+        if !positions.is_finite() {
+            let text = quoted(self.get(name).unwrap_or_default());
+            return Err(NRRD.in_field(name, format!("{text} is not three positions")));
+        }
+        Ok(Some(positions))
     }
 
     /// Returns the one spacing of all axes, from either field that may have it.
@@ -228,7 +307,7 @@ impl<'a> Header<'a> {
             // The cells of a field are cubes along the axes, exactly.
             let across = [x.with_x(0.0), y.with_y(0.0), z.with_z(0.0)];
             return match common_value([x.x, y.y, z.z]) {
-                Some(spacing) if across == [DVec3::ZERO; 3] => Ok(spacing),
+                Some(spacing) if across == [DVec3::ZERO; 3] => self.agreed(spacing),
                 _ => Err(NRRD.unsupported(format!("a grid along {}", quoted(text)))),
             };
         }
@@ -238,6 +317,15 @@ impl<'a> Header<'a> {
             Some(spacing) => Ok(spacing),
             None => Err(NRRD.unsupported(format!("a grid of spacings {x} {y} {z}"))),
         }
+    }
+
+    /// Returns the spacing by directions, unless `spacings` beside them are others.
+    fn agreed(&self, spacing: f64) -> Result<f64, ReadError> {
+        let others = self.positions_of("spacings")?;
+        if others.is_some_and(|others| others != DVec3::splat(spacing)) {
+            return Err(NRRD.unsupported("'spacings' beside other 'space directions'"));
+        }
+        Ok(spacing)
     }
 
     fn values(&self, data: &[u8], dims: [usize; 3]) -> Result<StoredValues, ReadError> {
@@ -359,6 +447,17 @@ impl Data<'_> {
         }
         Ok(Cow::Owned(content))
     }
+}
+
+/// Returns the letters of a field's name, in lower case.
+fn letters(name: &str) -> impl Iterator<Item = u8> {
+    let letters = name.bytes().filter(|byte| *byte != b' ');
+    letters.map(|byte| byte.to_ascii_lowercase())
+}
+
+#[expect(clippy::cast_precision_loss, reason = "grids have far fewer nodes per axis than 2^53")]
+fn last_node(count: usize) -> f64 {
+    count.saturating_sub(1) as f64
 }
 
 /// Returns vectors that are written `(x,y,z)`, none for any other text.

@@ -253,6 +253,53 @@ fn an_extent_need_not_begin_at_0() {
     assert!((moved - DVec3::new(1.0, 0.0, -0.4)).length() < 1e-12, "{moved}");
 }
 
+/// Files without an orientation have the ends of their axes, at nodes or half a spacing outside.
+#[test]
+fn ends_of_axes_place_the_grid() {
+    let bytes = FieldFormat::Nrrd.encode(&sample());
+    let bytes =
+        with(&bytes, "space directions: (0.1,0,0) (0,0.1,0) (0,0,0.1)", "spacings: 0.1 0.1 0.1");
+    let head = String::from_utf8_lossy(&bytes[..data_of(&bytes)]).into_owned();
+    let origin = head.lines().find(|line| line.starts_with("space origin")).expect("an origin");
+    let placed = |fields: &str| FieldFormat::Nrrd.decode(&with(&bytes, origin, fields));
+    let at = |fields: &str| placed(fields).expect(fields).grid().origin();
+
+    let node = DVec3::new(1.0, -2.0, 3.0);
+    let inside = node + DVec3::splat(0.05);
+    let ends = "axis mins: 1 -2 3\naxis maxs: 1.1 -1.8 3.3";
+    assert_eq!(at(&format!("{ends}\ncenters: node node node")), node);
+    assert_eq!(at("axismins: 1 -2 3\ncenterings: cell cell cell"), inside);
+    assert_eq!(at("axis mins: 1 -2 3\ncenters: cell node cell"), inside.with_y(-2.0));
+    assert_eq!(at("axis mins: nan nan nan\ncenters: cell cell cell"), DVec3::ZERO);
+    assert_eq!(at("spaceorigin: (1,-2,3)\ncenters: cell cell cell"), node);
+
+    for (fields, expected) in [
+        ("axis mins: 1 -2 3", "field 'centers': is missing"),
+        ("axis mins: 1 -2 3\ncenters: cell ??? cell", "'cell ??? cell' is not 'cell' or 'node'"),
+        ("axis mins: 1 -2\ncenters: node node node", "'1 -2' is not three positions"),
+        ("axis mins: 1 nan 3\ncenters: node node node", "'1 nan 3' is not three positions"),
+        ("axis maxs: 1 -2 3\ncenters: node node node", "ends of axes without 'axis mins'"),
+        (&format!("{ends}\ncenters: cell cell cell"), "'1.1 -1.8 3.3' does not fit"),
+        ("axis mins: 1 -2 3\nspace origin: (0,0,0)", "'axis mins' beside an origin"),
+    ] {
+        let error = placed(fields).expect_err(fields).to_string();
+        assert!(error.contains(expected), "{error}, not {expected}");
+    }
+}
+
+#[test]
+fn spacings_beside_directions_have_to_agree() {
+    let bytes = FieldFormat::Nrrd.encode(&sample());
+    let both = |spacings: &str| {
+        let fields = format!("spacings: {spacings}\nkinds:");
+        FieldFormat::Nrrd.decode(&with(&bytes, "kinds:", &fields))
+    };
+    assert!(same(&both("0.1 0.1 0.1").unwrap(), &sample()));
+    assert!(same(&both("nan nan nan").unwrap(), &sample()));
+    let error = both("0.2 0.2 0.2").unwrap_err().to_string();
+    assert!(error.contains("'spacings' beside other 'space directions'"), "{error}");
+}
+
 #[test]
 fn cut_files_are_refused() {
     for (format, field) in BOTH.into_iter().flat_map(|f| [(f, sample()), (f, sample_in_steps())]) {
