@@ -1,10 +1,13 @@
 //! Abaqus input files: nodes, tetrahedra (`C3D4`) and hexahedra (`C3D8`) of one part.
 //!
 //! This reader is not a crate's: there is none, and a file is written again with other coordinates
-//! and all else as it was. Elements that are no solids are skipped; other solids are refused, and so
-//! are files whose nodes are generated, included, or placed by more than one part or instance.
+//! and all else as it was. Solids of other physics and continuum shells count as solids of their
+//! shape. Elements without volume, plane ones, and reference points of the assembly are skipped. Solids of
+//! other shapes are refused, and so are files whose nodes are generated, included, or placed by more
+//! than one part or instance.
 //!
-//! Source: "Abaqus Keywords Reference Guide", `*NODE` and `*ELEMENT`; "Input syntax rules".
+//! Source: "Abaqus Keywords Reference Guide", `*NODE` and `*ELEMENT`; "Input syntax rules"; "Abaqus
+//! Elements Guide", continuum elements.
 
 use volume_mesh::Cell;
 
@@ -23,6 +26,15 @@ const INP: Format = Format {
 /// Keywords by which nodes or elements come from elsewhere, or coordinates belong to other axes.
 const GENERATING: [&str; 8] =
     ["INCLUDE", "NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM"];
+
+/// Families of elements that are the mesh of a body, whose nodes are in one order: solids for stress, heat,
+/// mass diffusion, sound and several of these, and shells that are as thick as their elements.
+const SOLIDS: [&str; 7] = ["C3D", "DC3D", "DCC3D", "AC3D", "Q3D", "SC", "CSS"];
+
+/// Families of other elements with volume: Eulerian, electromagnetic, fluid, infinite, cohesive, gasket and
+/// cylindrical ones.
+const OTHER_VOLUMES: [&str; 8] =
+    ["EC3D", "EMC3D", "FC3D", "CIN3D", "ACIN3D", "COH3D", "GK3D", "CCL"];
 
 /// Reads the nodes and solid elements of an input file.
 pub(crate) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
@@ -53,6 +65,8 @@ struct InpContent {
     cells: NumberedCells,
     parts: usize,
     instances: usize,
+    /// Part of the assembly, outside its instances.
+    is_in_assembly: bool,
     /// Number and nodes of an element whose data lines go on.
     element: Vec<u64>,
 }
@@ -96,10 +110,23 @@ impl InpContent {
         }
 
         match keyword {
+            // An assembly has nodes of its own, with their own numbers: reference points.
+            "NODE" if self.is_in_assembly => Ok(Block::Skipped),
             "NODE" => Ok(Block::Nodes),
-            "ELEMENT" => element_block(words.find_map(|word| word.strip_prefix("TYPE="))),
+            "ELEMENT" => {
+                let block = element_block(words.find_map(|word| word.strip_prefix("TYPE=")))?;
+                if self.is_in_assembly && block != Block::Skipped {
+                    return Err(INP.unsupported("solid elements of an assembly"));
+                }
+                Ok(block)
+            }
+            "ASSEMBLY" | "ENDASSEMBLY" | "ENDINSTANCE" => {
+                self.is_in_assembly = keyword != "ENDASSEMBLY";
+                Ok(Block::Skipped)
+            }
             "PART" | "INSTANCE" => {
                 let is_part = keyword == "PART";
+                self.is_in_assembly = false;
                 self.parts += usize::from(is_part);
                 self.instances += usize::from(!is_part);
                 if self.parts > 1 || self.instances > 1 {
@@ -177,10 +204,13 @@ fn element_block(kind: Option<&str>) -> Result<Block, ReadError> {
     let Some(kind) = kind else {
         return Err(INP.unsupported("a line *ELEMENT without a type"));
     };
-    let Some(shape) = kind.strip_prefix("C3D") else { return Ok(Block::Skipped) };
-    match shape.trim_end_matches(|letter: char| letter.is_ascii_alphabetic()) {
-        "4" => Ok(Block::Tetrahedra),
-        "8" => Ok(Block::Hexahedra),
+    let shapes = SOLIDS.iter().filter_map(|family| kind.strip_prefix(family));
+    let mut shapes = shapes.map(|shape| shape.trim_end_matches(|c: char| c.is_ascii_alphabetic()));
+    let is_other = OTHER_VOLUMES.iter().any(|family| kind.starts_with(family));
+    match shapes.next() {
+        Some("4") => Ok(Block::Tetrahedra),
+        Some("8") => Ok(Block::Hexahedra),
+        None if !is_other => Ok(Block::Skipped),
         _ => Err(INP.unsupported(format!("elements of type {}", quoted(kind)))),
     }
 }
@@ -208,5 +238,72 @@ mod tests {
             let refusal = parse(file(node, element).as_bytes()).expect_err(feature).to_string();
             assert!(refusal.contains(feature), "{refusal}");
         }
+    }
+
+    /// A tetrahedron, a file with `before` it, and `behind` it.
+    fn around(before: &str, behind: &str) -> String {
+        let nodes = "*Node\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n";
+        format!("{before}{nodes}*Element, type=C3D4\n7, 1, 2, 3, 4\n{behind}")
+    }
+
+    #[test]
+    fn solids_of_other_families_are_read_or_refused() {
+        let cells = |behind: &str| {
+            let mesh = parse(around("", behind).as_bytes());
+            mesh.map(|mesh| mesh.volume.map_or(0, |volume| volume.mesh.cells().len()))
+        };
+        for kind in ["C3D8P", "C3D8RPHT", "DC3D8E", "DCC3D8", "AC3D8R", "Q3D8", "SC8R", "CSS8"] {
+            let nodes = "*Node\n11,0,0,2\n12,1,0,2\n13,1,1,2\n14,0,1,2\n15,0,0,3\n16,1,0,3\n\
+                         17,1,1,3\n18,0,1,3\n";
+            let hexahedron =
+                format!("{nodes}*Element, type={kind}\n8, 11, 12, 13, 14, 15, 16, 17, 18\n");
+            assert_eq!(cells(&hexahedron).expect(kind), 2, "{kind}");
+        }
+        for kind in ["AC3D4", "DC3D4", "Q3D4T"] {
+            let tetrahedron = format!("*Node\n9, 1, 1, 1\n*Element, type={kind}\n8, 2, 4, 3, 9\n");
+            assert_eq!(cells(&tetrahedron).expect(kind), 2, "{kind}");
+        }
+        for kind in [
+            "C3D6", "C3D10M", "DC3D20", "AC3D6", "Q3D10M", "SC6R", "EC3D8R", "EMC3D8", "FC3D8",
+            "CIN3D8", "ACIN3D4", "COH3D8", "GK3D8", "CCL12", "CSS6", "C3D",
+        ] {
+            let error = cells(&format!("*Element, type={kind}\n8, 1, 2, 3\n")).expect_err(kind);
+            assert!(error.to_string().contains(&format!("elements of type '{kind}'")), "{error}");
+        }
+        for kind in ["S4R", "M3D4", "R3D3", "SFM3D4", "T3D2", "B31", "CONN3D2", "DCOUP3D", "CPE4"] {
+            assert_eq!(
+                cells(&format!("*Element, type={kind}\n8, 1, 2\n")).expect(kind),
+                1,
+                "{kind}"
+            );
+        }
+    }
+
+    /// An assembly numbers its reference points by itself.
+    #[test]
+    fn reference_points_of_an_assembly_are_left_out() {
+        let assembly = |inside: &str| {
+            let behind = format!(
+                "*End Part\n*Assembly, name=a\n*Instance, name=i, part=p\n*End Instance\n{inside}\
+                 *End Assembly\n*Nset, nset=late\n1,\n"
+            );
+            around("*Part, name=p\n", &behind)
+        };
+        let points = "*Node\n1, 5, 6, 7\n*Node, nset=point\n900, 5, 6, 7\n*Nset, nset=r\n1,\n\
+                      *Element, type=CONN3D2\n1, 1, i.3\n";
+        let content = assembly(points);
+        let volume = parse(content.as_bytes()).expect("a mesh").volume.expect("a volume");
+        assert_eq!(volume.node_numbers, [1, 2, 3, 4]);
+        assert_eq!(parse_nodes(content.as_bytes()).expect("nodes").places.len(), 4);
+
+        // Of an instance that has nodes of its own they are the mesh.
+        let own = around("*Part, name=p\n*End Part\n*Assembly\n*Instance, name=i, part=p\n", "");
+        let own = format!("{own}*End Instance\n*Node\n1, 5, 6, 7\n*End Assembly\n");
+        let volume = parse(own.as_bytes()).expect("a mesh").volume.expect("a volume");
+        assert_eq!(volume.nodes[0], glam::DVec3::ZERO);
+
+        let solid = assembly("*Element, type=C3D4\n8, 1, 2, 3, 4\n");
+        let error = parse(solid.as_bytes()).expect_err("elements without a part").to_string();
+        assert!(error.contains("solid elements of an assembly"), "{error}");
     }
 }
