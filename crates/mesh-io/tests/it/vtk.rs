@@ -89,6 +89,11 @@ impl Style {
     }
 
     fn file(self) -> Vec<u8> {
+        self.file_of(1)
+    }
+
+    /// Returns a file of several pieces, each with arrays of its own.
+    fn file_of(self, pieces: usize) -> Vec<u8> {
         let coordinates = COORDINATES.iter().flat_map(|x| self.number(x.to_le_bytes())).collect();
         let corners = CORNERS.iter().flat_map(|v| self.number(v.to_le_bytes())).collect();
         let ends =
@@ -99,7 +104,7 @@ impl Style {
             ["Float64\" Name=\"Points", "Int32\" Name=\"connectivity", "Int64\" Name=\"offsets"];
         let mut offset = 0;
         let mut tags = Vec::new();
-        for (array, declared) in arrays.iter().zip(declared) {
+        for (array, declared) in arrays.iter().zip(declared).cycle().take(3 * pieces) {
             tags.push(if self.place == Place::Inline {
                 let text = std::str::from_utf8(array).expect("base64 is text");
                 format!("<DataArray type=\"{declared}\" format=\"binary\">\n {text}\n</DataArray>")
@@ -113,19 +118,47 @@ impl Style {
         let compressor = if self.compressed { " compressor=\"vtkZLibDataCompressor\"" } else { "" };
         let mut file = format!(
             "<VTKFile type=\"PolyData\" byte_order=\"{order}\" header_type=\"{header}\"{compressor}>\
-            <PolyData><Piece NumberOfPoints=\"4\" NumberOfPolys=\"4\"><Points>{}</Points>\
-            <Polys>{}{}</Polys></Piece></PolyData>",
-            tags[0], tags[1], tags[2]
+            <PolyData>"
         )
         .into_bytes();
+        for [points, connectivity, offsets] in tags.as_chunks::<3>().0 {
+            let piece = format!(
+                "<Piece NumberOfPoints=\"4\" NumberOfPolys=\"4\"><Points>{points}</Points>\
+                 <Polys>{connectivity}{offsets}</Polys></Piece>"
+            );
+            file.extend(piece.into_bytes());
+        }
+        file.extend(b"</PolyData>");
         if self.place != Place::Inline {
             let encoding = if self.place == Place::AppendedRaw { "raw" } else { "base64" };
             file.extend(format!("<AppendedData encoding=\"{encoding}\">\n_").into_bytes());
-            file.extend(arrays.concat());
+            file.extend(arrays.concat().repeat(pieces));
             file.extend(b"\n</AppendedData>");
         }
         file.extend(b"</VTKFile>\n");
         file
+    }
+}
+
+/// Each piece counts its points from 0, and has its arrays behind those of the piece before.
+#[test]
+fn many_pieces_are_one_mesh() {
+    const PIECES: usize = 30;
+    let one = planted();
+    let mut faces = Vec::new();
+    for first in (0..).step_by(one.positions.len()).take(PIECES) {
+        faces.extend(one.faces.iter().map(|face| face.map(|corner| corner + first)));
+    }
+    let positions = one.positions.repeat(PIECES);
+    let moved: Vec<DVec3> = positions.iter().map(|x| *x + DVec3::X).collect();
+
+    for style in Style::all() {
+        let file = style.file_of(PIECES);
+        let mesh = parse_mesh(&file, "vtp").unwrap_or_else(|error| panic!("{style:?}: {error}"));
+        assert_eq!((&mesh.positions, &mesh.faces), (&positions, &faces), "{style:?}");
+        let written = replace_positions(&file, "vtp", &moved).expect("a file");
+        let mesh = parse_mesh(&written, "vtp").unwrap_or_else(|error| panic!("{style:?}: {error}"));
+        assert_eq!((mesh.positions, &mesh.faces), (moved.clone(), &faces), "{style:?}");
     }
 }
 
