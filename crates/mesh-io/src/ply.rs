@@ -1,8 +1,9 @@
 //! PLY, ASCII and binary in either byte order.
 //!
-//! The reader goes through the crate `ply-rs-bw`, but for binary files of the usual layout. It uses the properties `x`, `y`, `z`
-//! of the element `vertex` and the list `vertex_indices` (or `vertex_index`) of the
-//! element `face`; other elements and properties are skipped.
+//! Headers and binary files go through the crate `ply-rs-bw`, but for binary files of the usual
+//! layout ([`crate::ply_binary`]); lines of text files are read by [`crate::ply_text`]. The reader
+//! uses the properties `x`, `y`, `z` of the element `vertex` and the list `vertex_indices` (or
+//! `vertex_index`) of the element `face`; other elements and properties are skipped.
 
 use glam::DVec3;
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
@@ -13,8 +14,9 @@ use ply_rs_bw::ply::{
 use crate::error::Format;
 use crate::mesh::{Mesh, Polygons, Unread};
 use crate::ply_binary::{read_faces, read_vertices};
+use crate::ply_header::with_plain_names;
 use crate::text::quoted;
-use crate::{FilePlace, ReadError};
+use crate::{FilePlace, ReadError, ply_text};
 
 pub(crate) const PLY: Format = Format { name: "PLY", remedy: "save it as binary PLY of triangles" };
 
@@ -43,10 +45,18 @@ pub(crate) fn encode(positions: &[DVec3], faces: &[[u32; 3]]) -> Vec<u8> {
 
 /// Reads the vertices and faces of a PLY file.
 pub(crate) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
+    let bytes = &*with_plain_names(bytes)?;
     let mut reader = Reader::new(bytes);
     let header = Parser::<Skipped>::new().read_header(&mut reader);
     let header = header.map_err(|error| malformed(FilePlace::Header, &error))?;
     check_header(&header, bytes.len())?;
+
+    if header.encoding == Encoding::Ascii {
+        let start = bytes.len() - reader.get_ref().len();
+        let text = ply_text::read(bytes, &header, start)?;
+        let unread = unread(bytes, &bytes[text.end..], header.encoding);
+        return Ok(Mesh { unread, ..Mesh::assemble(text.positions, &text.polygons)? });
+    }
 
     // Elements stand in the order of the header.
     let (mut positions, mut polygons) = (Vec::new(), Polygons::default());
@@ -68,7 +78,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
     Ok(Mesh { unread, ..Mesh::assemble(positions, &polygons)? })
 }
 
-/// Reads vertices of any layout.
+/// Reads vertices of any binary layout.
 fn parse_vertices(
     reader: &mut Reader<&[u8]>,
     element: &ElementDef,
@@ -78,7 +88,7 @@ fn parse_vertices(
     Ok(vertices.into_iter().map(|vertex| vertex.0).collect())
 }
 
-/// Reads faces of any layout.
+/// Reads faces of any binary layout.
 fn parse_faces(
     reader: &mut Reader<&[u8]>,
     element: &ElementDef,
@@ -188,7 +198,7 @@ impl PropertyAccess for Face {
     }
 }
 
-fn is_corner_list(name: &str) -> bool {
+pub(crate) fn is_corner_list(name: &str) -> bool {
     matches!(name, "vertex_indices" | "vertex_index")
 }
 
@@ -219,10 +229,11 @@ pub(crate) fn check_header(header: &Header, bytes: usize) -> Result<(), ReadErro
             return Err(PLY.in_header(problem));
         }
     }
-    if !face.properties.keys().any(|name| is_corner_list(name)) {
-        return Err(PLY.in_header("element 'face' lacks the list 'vertex_indices'"));
+    match face.properties.keys().filter(|name| is_corner_list(name)).count() {
+        0 => Err(PLY.in_header("element 'face' lacks the list 'vertex_indices'")),
+        1 => Ok(()),
+        _ => Err(PLY.in_header("element 'face' has two lists of corners")),
     }
-    Ok(())
 }
 
 pub(crate) fn element<'a>(header: &'a Header, name: &str) -> Result<&'a ElementDef, ReadError> {
@@ -237,17 +248,8 @@ fn payload<E: PropertyAccess>(
     element: &ElementDef,
     header: &Header,
 ) -> Result<Vec<E>, ReadError> {
-    let error = match Parser::new().read_payload_for_element(reader, element, header) {
-        Ok(payload) => return Ok(payload),
-        Err(error) => error,
-    };
-
-    // The parser counts lines in binary payloads too, where they mean nothing.
-    let place = match error.line() {
-        Some(line) if header.encoding == Encoding::Ascii => FilePlace::Line(line),
-        _ => FilePlace::Element(element.name.clone()),
-    };
-    Err(malformed(place, &error))
+    let payload = Parser::new().read_payload_for_element(reader, element, header);
+    payload.map_err(|error| malformed(FilePlace::Element(element.name.clone()), &error))
 }
 
 /// Shortens the parser's message to its first line, without the line number, and the

@@ -13,6 +13,7 @@ use crate::ReadError;
 use crate::copy::{Copy, Precision, check_count, check_range};
 use crate::ply::{PLY, Skipped, check_header, malformed};
 use crate::ply_binary::size_of_scalar;
+use crate::ply_header::with_plain_names;
 use crate::stored_values::single;
 use crate::text::{Lines, PlacedWord, number, placed_words};
 use crate::{FilePlace, ply};
@@ -48,6 +49,7 @@ pub(crate) fn replace(file: &[u8], positions: &[DVec3]) -> Result<Vec<u8>, ReadE
 
 /// Reads the header, and returns the byte behind it.
 fn read_header(file: &[u8]) -> Result<(Header, usize), ReadError> {
+    let file = &*with_plain_names(file)?;
     let mut reader = Reader::new(file);
     let header = Parser::<Skipped>::new().read_header(&mut reader);
     let header = header.map_err(|error| malformed(FilePlace::Header, &error))?;

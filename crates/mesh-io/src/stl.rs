@@ -28,7 +28,7 @@ const FACET: usize = 50;
 
 /// Returns true if the content fits STL, where no extension says so.
 pub(crate) fn is_likely(bytes: &[u8]) -> bool {
-    bytes.trim_ascii_start().starts_with(b"solid") || has_binary_length(bytes)
+    begins_as_text(bytes) || has_binary_length(bytes)
 }
 
 /// Returns a surface as text, with as many digits as distinguish the coordinates.
@@ -131,8 +131,13 @@ fn moved_normal(face: [u32; 3], mesh: &Mesh, positions: &[DVec3]) -> Option<DVec
 
 /// Returns true for text, whatever the first word of a binary file.
 fn is_text(bytes: &[u8]) -> bool {
-    let begins = bytes.trim_ascii_start().starts_with(b"solid") && !bytes.contains(&0);
-    begins && !has_binary_length(bytes)
+    begins_as_text(bytes) && !bytes.contains(&0) && !has_binary_length(bytes)
+}
+
+/// Returns true for the first word of a text file, in any case.
+fn begins_as_text(bytes: &[u8]) -> bool {
+    let word = bytes.trim_ascii_start().first_chunk::<5>();
+    word.is_some_and(|word| word.eq_ignore_ascii_case(b"solid"))
 }
 
 fn has_binary_length(bytes: &[u8]) -> bool {

@@ -4,6 +4,7 @@ mod fields;
 mod limits;
 mod meshes;
 mod replaced;
+mod spellings;
 mod volumes;
 mod vtk;
 

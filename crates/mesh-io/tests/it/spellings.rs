@@ -1,0 +1,117 @@
+//! Text files as other programs spell them.
+
+use glam::DVec3;
+use mesh_io::{Mesh, ReadError, parse_mesh, replace_positions};
+
+const CORNERS: [DVec3; 3] = [DVec3::ZERO, DVec3::X, DVec3::new(0.0, 0.5, 0.0)];
+
+/// Returns the refusal of a file.
+fn refusal(mesh: Result<Mesh, ReadError>) -> String {
+    mesh.expect_err("a refusal").to_string()
+}
+
+#[test]
+fn stl_keywords_are_read_in_any_case() {
+    let text = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n\
+                vertex 0 .5 0\nendloop\nendfacet\nendsolid a\n";
+    for spelled in [text.to_owned(), text.to_uppercase(), text.replace('\n', "\r\n")] {
+        for extension in ["stl", "dat"] {
+            let mesh = parse_mesh(spelled.as_bytes(), extension).expect(&spelled);
+            assert_eq!((&mesh.positions[..], &mesh.faces[..]), (&CORNERS[..], &[[0, 1, 2]][..]));
+        }
+        let moved = CORNERS.map(|x| x + DVec3::Z);
+        let written = replace_positions(spelled.as_bytes(), "stl", &moved).expect("a file");
+        assert_eq!(parse_mesh(&written, "stl").expect("a mesh").positions, moved);
+    }
+    let error = refusal(parse_mesh(text.replace(".5", "0.5f").as_bytes(), "stl"));
+    assert!(error.contains("line 6: a vertex needs three coordinates"), "{error}");
+}
+
+/// Returns a text file with a list of properties and the values of the vertices.
+fn ply(properties: &str, vertices: &str) -> String {
+    format!(
+        "ply\nformat ascii 1.0\nelement vertex 3\n{properties}element face 1\n\
+         property list uchar int vertex_indices\nend_header\n{vertices}3 0 1 2\n"
+    )
+}
+
+const XYZ: &str = "property float x\nproperty float y\nproperty float z\n";
+
+#[test]
+fn ply_numbers_are_read_as_c_writes_them() {
+    let properties = format!("{XYZ}property float nx\nproperty uchar red\n");
+    let vertices = ["0. +0 0.e0 nan 255\n\t1 0 -0. -nan +7\n0 .5 0 inf 0\n"];
+    for vertices in vertices {
+        let file = ply(&properties, vertices);
+        for file in [file.clone(), file.replace('\n', "\r\n")] {
+            let mesh = parse_mesh(file.as_bytes(), "ply").expect(&file);
+            assert_eq!((&mesh.positions[..], &mesh.faces[..]), (&CORNERS[..], &[[0, 1, 2]][..]));
+            assert_eq!(mesh.unread, None);
+        }
+    }
+
+    // Others are refused by their line, and so are coordinates that are not finite.
+    for number in ["1.0f", "1d0", "1,0", "0x1", "nan", "inf", "-", "1.#QNAN"] {
+        let file = ply(XYZ, &format!("0 0 0\n1 0 {number}\n0 1 0\n"));
+        let error = refusal(parse_mesh(file.as_bytes(), "ply"));
+        let expected = format!("line 11: Couldn't read element line: '1 0 {number}'");
+        assert!(error.contains(&expected), "{error}");
+    }
+    let file = ply(XYZ, ".0 0 0\n1 0 0\n0 1\n");
+    let error = refusal(parse_mesh(file.as_bytes(), "ply"));
+    assert!(error.contains("line 12: Couldn't read element line: '0 1'"), "{error}");
+}
+
+/// Names of properties are words, whatever they consist of; comments are any text.
+#[test]
+fn ply_names_are_any_words() {
+    let comments = "comment f\u{fc}r dich\nobj_info num_cols 5\ncomment\nobj_info\n";
+    for name in ["scalar_C2C[<0.1]", "0", "confidence(%)", "Z\u{e9}ro", "vertex.indices", "-"] {
+        let properties = format!("{comments}property uchar {name}\n{XYZ}");
+        let text = ply(&properties, "9 0 0 0\n9 1 0 0\n9 0 0.5 0\n");
+        for text in [text.clone(), text.replace("element face", "element odd+name 0\nelement face")]
+        {
+            let mut latin = text.clone().into_bytes();
+            latin.splice(..text.len(), text.chars().map(|c| u8::try_from(c).expect("Latin 1")));
+            for file in [text.into_bytes(), latin] {
+                let mesh = parse_mesh(&file, "ply").expect(name);
+                assert_eq!(mesh.positions, CORNERS, "{name}");
+                let moved = CORNERS.map(|x| x + DVec3::Z);
+                let written = replace_positions(&file, "ply", &moved).expect(name);
+                assert_eq!(parse_mesh(&written, "ply").expect(name).positions, moved, "{name}");
+                let again = replace_positions(&written, "ply", &CORNERS).expect(name);
+                assert_eq!(again.len(), written.len(), "{name}");
+            }
+        }
+    }
+
+    let file = ply(&format!("{XYZ}property odd w\n"), "0 0 0 0\n1 0 0 0\n0 1 0 0\n");
+    let error = refusal(parse_mesh(file.as_bytes(), "ply"));
+    assert!(error.contains("Couldn't parse line: 'property odd w'"), "{error}");
+}
+
+/// A name that is declared twice would leave out values, and shift those behind them.
+#[test]
+fn ply_names_that_are_declared_twice_are_refused() {
+    for (properties, expected) in [
+        (format!("property float s\n{XYZ}property float s\n"), "line 8: 's' is declared twice"),
+        (format!("{XYZ}property double x\n"), "line 7: 'x' is declared twice"),
+        (format!("{XYZ}element vertex 1\n{XYZ}"), "line 7: 'vertex' is declared twice"),
+        (format!("property float a[\n{XYZ}property float a[\n"), "line 8: 'a[' is declared twice"),
+    ] {
+        let file = ply(&properties, "7 0 0 0 7\n7 1 0 0 7\n7 0 1 0 7\n");
+        let error = refusal(parse_mesh(file.as_bytes(), "ply"));
+        assert!(error.contains(expected), "{error}, not {expected}");
+        let written = replace_positions(file.as_bytes(), "ply", &CORNERS);
+        assert!(written.expect_err("no file").to_string().contains(expected));
+    }
+    let lists = "element face 1\nproperty list uchar int vertex_index\n";
+    let two = ply(XYZ, "0 0 0\n1 0 0\n0 1 0\n3 2 1 0 ").replace("element face 1\n", lists);
+    let error = refusal(parse_mesh(two.as_bytes(), "ply"));
+    assert!(error.contains("element 'face' has two lists of corners"), "{error}");
+
+    // Names that differ in letters that the parser does not know are two.
+    let properties = format!("property uchar a[\nproperty uchar a]\n{XYZ}");
+    let file = ply(&properties, "7 8 0 0 0\n7 8 1 0 0\n7 8 0 0.5 0\n");
+    assert_eq!(parse_mesh(file.as_bytes(), "ply").expect("a mesh").positions, CORNERS);
+}
