@@ -2,12 +2,13 @@
 //!
 //! Each body is written into its own file, in which only positions change. Volume meshes follow their
 //! surfaces first. What was written is read again and taken into the scene, so that all that is
-//! proved and reported afterwards holds of the files.
+//! proved and reported afterwards holds of the files: of the triangles into which this program splits
+//! their polygons.
 
 use std::path::Path;
 
 use glam::DVec3;
-use mesh_io::{MeshFormat, Precision, Volume};
+use mesh_io::{Mesh, MeshFormat, Precision, ReadError, Volume};
 use musculo_collide::volume_mesh::{FollowParams, Followed};
 use musculo_collide::{BodyId, Progress, Scene};
 
@@ -15,6 +16,7 @@ use crate::failure::Failure;
 use crate::load::LoadedScene;
 use crate::report::{ElementsRecord, QualityRecord};
 use crate::scene::BodyDescription;
+use crate::terminal;
 
 /// File of a body at the end.
 #[derive(Debug)]
@@ -135,18 +137,8 @@ impl BodyFile {
             None => None,
         };
         let written = followed.as_ref().map_or(positions, |followed| &followed.positions);
-        let refused = |error: mesh_io::ReadError| Failure::in_file(path, error);
-        let extension = extension(path);
-        let content =
-            mesh_io::replace_positions(&original, &extension, written).map_err(refused)?;
-
-        // Parsed as others will read it: positions are rounded to the number type of the file.
-        let mesh = mesh_io::parse_mesh(&content, &extension).map_err(refused)?;
-        if mesh.faces != scene.body(id).surface().faces() {
-            let problem = "vertices that were moved are one in the precision of the file: save it \
-                           in double precision first";
-            return Err(Failure::in_file(path, problem));
-        }
+        let faces = scene.body(id).surface().faces();
+        let (content, mesh) = rewritten(path, &original, written, faces)?;
 
         // What is reported and checked from here on are the positions that are written.
         let mut file = Self::new(content, start, &mesh.positions);
@@ -163,6 +155,42 @@ impl BodyFile {
         let displacements = difference(start, positions);
         Self { content, displacements, nodes: None, elements: None }
     }
+}
+
+/// Returns a file with other positions, and the mesh that others read from it.
+///
+/// Polygons are split into triangles by where their corners are. If they are split otherwise at the new
+/// positions, the file has the triangles in their place, and nothing else.
+fn rewritten(
+    path: &Path,
+    original: &[u8],
+    positions: &[DVec3],
+    faces: &[[u32; 3]],
+) -> Result<(Vec<u8>, Mesh), Failure> {
+    let refused = |error: ReadError| Failure::in_file(path, error);
+    let extension = extension(path);
+    let content = mesh_io::replace_positions(original, &extension, positions).map_err(refused)?;
+
+    // Parsed as others will read it: positions are rounded to the number type of the file.
+    let (content, mesh) = match mesh_io::parse_mesh(&content, &extension) {
+        Ok(mesh) if mesh.polygons_fanned == 0 || mesh.faces == faces => (content, mesh),
+        Ok(_) | Err(ReadError::NotFannable { .. }) => {
+            let problem = "polygons that were moved are split otherwise: the file that is written has \
+                           triangles, and no other attributes";
+            terminal::print_line("warning", &format!("{}: {problem}", path.display()));
+            let format = MeshFormat::of(path).unwrap_or(MeshFormat::Ply);
+            let content = format.encode(positions, faces);
+            let mesh = mesh_io::parse_mesh(&content, &extension).map_err(refused)?;
+            (content, mesh)
+        }
+        Err(error) => return Err(refused(error)),
+    };
+    if mesh.faces == faces {
+        return Ok((content, mesh));
+    }
+    let problem = "vertices that were moved are one in the precision of the file: save it in double \
+                   precision first";
+    Err(Failure::in_file(path, problem))
 }
 
 fn at_rest(volume: &Volume) -> [Vec<DVec3>; 2] {
@@ -194,4 +222,86 @@ fn elements(volume: &Volume, followed: &Followed, written: &[DVec3]) -> Elements
 
 fn difference(from: &[DVec3], to: &[DVec3]) -> Vec<DVec3> {
     from.iter().zip(to).map(|(from, to)| *to - *from).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use musculo_collide::BodyKind;
+    use musculo_collide::surface::TriangleSurface;
+
+    use super::*;
+
+    /// A pyramid whose base is one polygon, split along the other diagonal once a corner has crossed
+    /// the first.
+    const PYRAMID: &str = "# bone of a fish\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 0.5 1\n\
+        f 1 4 3 2\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n";
+
+    fn written(extension: &str, content: &[u8], corner: DVec3) -> (Vec<[u32; 3]>, BodyFile) {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join(format!("fish.{extension}"));
+        std::fs::write(&path, content).expect("a file");
+        let mesh = mesh_io::read_mesh(&path).expect("a mesh");
+        let surface = TriangleSurface::new(mesh.positions.len(), mesh.faces.clone());
+        let mut scene = Scene::new();
+        let (kind, surface) = (BodyKind::Deformable, surface.expect("a surface"));
+        let id = scene.add("fish", kind, surface, mesh.positions.clone()).expect("a body");
+
+        let mut positions = mesh.positions.clone();
+        positions[1] = corner;
+        scene.move_body(id, &positions).expect("positions");
+        let description = BodyDescription {
+            name: "fish".to_owned(),
+            file: path.display().to_string(),
+            path,
+            kind,
+            follows: None,
+            stiffness: None,
+            uncross: false,
+            placement: None,
+        };
+        let (start, progress) = (&mesh.positions, Progress::none());
+        let file = BodyFile::complete(&description, None, &mut scene, id, start, progress);
+        let file = file.unwrap_or_else(|failure| panic!("{extension}: {:?}", failure.problems));
+        let again = mesh_io::parse_mesh(&file.content, extension).expect("a mesh");
+        assert_eq!(again.positions, scene.body(id).positions(), "{extension}");
+        assert_eq!(again.faces, scene.body(id).surface().faces(), "{extension}");
+        assert_eq!(file.displacements[1], again.positions[1] - start[1], "{extension}");
+        (mesh.faces, file)
+    }
+
+    /// All that is proved holds of the triangles of the scene, so that the file has to give them.
+    #[test]
+    fn polygons_that_are_split_otherwise_are_written_as_triangles() {
+        let vertices = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n0.5 0.5 1\n";
+        let faces = "4 0 3 2 1\n3 0 1 4\n3 1 2 4\n3 2 3 4\n3 3 0 4\n";
+        let ply = format!(
+            "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\n\
+             property float z\nelement face 5\nproperty list uchar int vertex_indices\nend_header\n\
+             {vertices}{faces}"
+        );
+        let files = [("obj", PYRAMID.to_owned()), ("ply", ply)];
+        for (extension, content) in files {
+            // A little move leaves the polygons, and all else.
+            let little = DVec3::new(1.0, 0.25, 0.0);
+            let (_, file) = written(extension, content.as_bytes(), little);
+            let text = String::from_utf8(file.content).expect("text");
+            let expected = content.replacen("1 0 0", "1 0.25 0", 1);
+            assert_eq!(text.lines().count(), expected.lines().count(), "{extension}");
+
+            let (faces, file) = written(extension, content.as_bytes(), DVec3::new(0.25, 0.75, 0.0));
+            let again = mesh_io::parse_mesh(&file.content, extension).expect("a mesh");
+            assert_eq!((again.faces, again.polygons_fanned), (faces, 0), "{extension}");
+        }
+    }
+
+    /// No fan of a polygon of which two corners cross the whole others is without a fold.
+    #[test]
+    fn polygons_that_cannot_be_split_any_more_are_written_as_triangles() {
+        let star = "v 0 0 0\nv 2 -1 0\nv 4 0 0\nv 5 2 0\nv 4 4 0\nv 2 5 0\nv 0 4 0\nv -1 2 0\n\
+                    v 2 2 5\nf 8 7 6 5 4 3 2 1\nf 1 2 9\nf 2 3 9\nf 3 4 9\nf 4 5 9\nf 5 6 9\nf 6 7 9\n\
+                    f 7 8 9\nf 8 1 9\n";
+        let (faces, file) = written("obj", star.as_bytes(), DVec3::new(2.0, 9.0, 0.0));
+        let again = mesh_io::parse_mesh(&file.content, "obj").expect("a mesh");
+        assert_eq!((again.faces, again.polygons_fanned), (faces, 0));
+    }
 }
