@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use glam::DVec3;
-use mesh_io::{Mesh, Volume};
+use mesh_io::{FileError, Mesh, Space, Volume};
 use musculo_collide::surface::{
     Aabb, PositionBuffer, Positions, SurfaceError, TriangleSurface, inspect, parallel,
 };
@@ -174,14 +174,18 @@ fn read_meshes(description: &SceneDescription) -> Result<Vec<Inspected>, Failure
         &description.bodies,
         file_length,
         || (),
-        |(), body| mesh_io::read_mesh(&body.path).map(|mesh| InspectedMesh::new(body, mesh)),
+        |(), body| {
+            let mesh = mesh_io::read_mesh(&body.path)?;
+            Ok::<_, FileError>((mesh.space, InspectedMesh::new(body, mesh)))
+        },
     );
 
     // Every file that cannot be read is named, not the first alone.
-    let (mut meshes, mut problems) = (Vec::new(), Vec::new());
+    let (mut meshes, mut problems, mut spaces) = (Vec::new(), Vec::new(), Vec::new());
     for (body, result) in description.bodies.iter().zip(results) {
         match result {
-            Ok(mesh) => {
+            Ok((space, mesh)) => {
+                spaces.extend(space.map(|space| (body, space)));
                 if let Ok(InspectedMesh { record, .. }) = &mesh {
                     warn_of_unread(&body.path, record.unread.as_ref());
                 }
@@ -190,10 +194,22 @@ fn read_meshes(description: &SceneDescription) -> Result<Vec<Inspected>, Failure
             Err(error) => problems.push(error.to_string()),
         }
     }
+    problems.extend(mixed_spaces(&spaces));
     if problems.is_empty() {
         return Ok(meshes);
     }
     Err(Failure { kind: FailureKind::Input, problems })
+}
+
+/// Describes the first two files that state different spaces: bodies would be mirrored in each other.
+fn mixed_spaces(spaces: &[(&BodyDescription, Space)]) -> Option<String> {
+    let (first, space) = spaces.first()?;
+    let (other, other_space) = spaces.iter().find(|(_, other)| other != space)?;
+    let files = [first, other].map(|body| body.path.display());
+    Some(format!(
+        "{} states the space {space}, but {} the space {other_space}: save both in one",
+        files[0], files[1]
+    ))
 }
 
 /// Returns the length of a body's file, 0 where it cannot be read.
@@ -214,6 +230,8 @@ fn warn_of_unread(path: &Path, unread: Option<&impl Display>) {
 pub(crate) struct LoadedSurface {
     pub(crate) surface: TriangleSurface,
     positions: PositionBuffer,
+    /// Space that the file states.
+    pub(crate) space: Option<Space>,
 }
 
 impl LoadedSurface {
@@ -222,12 +240,12 @@ impl LoadedSurface {
         let mesh = mesh_io::read_mesh(path)?;
         warn_of_unread(path, mesh.unread.as_ref());
 
-        let Mesh { positions, faces, .. } = mesh;
+        let Mesh { positions, faces, space, .. } = mesh;
         let refused = |error: SurfaceError| Failure::in_file(path, error);
         let surface = TriangleSurface::new(positions.len(), faces).map_err(refused)?;
         let positions = surface.own_positions(positions).map_err(refused)?;
 
-        Ok(Self { surface, positions })
+        Ok(Self { surface, positions, space })
     }
 
     pub(crate) fn positions(&self) -> Positions<'_> {

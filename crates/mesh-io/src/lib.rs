@@ -19,7 +19,8 @@
 //! Formats are recognized by content first, and by extension where content is
 //! ambiguous. Vertices and faces keep the order of the file, so that an index in a
 //! report can be found in the file. Nothing is repaired: any list of faces with valid
-//! indices is a mesh, whatever its defects. Content behind the end that a header declares
+//! indices is a mesh, whatever its defects. Positions are as the file has them, in the space that it may
+//! state ([`Mesh::space`]). Content behind the end that a header declares
 //! is reported ([`Mesh::unread`]). Every refusal names the place in the file and, from
 //! [`read_mesh`] and [`read_field`], the file. Control characters in quoted text are
 //! escaped, and a file that never ends is refused ([`MAX_STREAM_BYTES`]).
@@ -55,6 +56,7 @@ mod ply_replace;
 mod ply_text;
 mod replace;
 mod source;
+mod space;
 mod stl;
 mod stored_values;
 mod text;
@@ -74,6 +76,7 @@ pub use self::mesh_format::{MeshFormat, parse_mesh};
 pub use self::osim::{ModelBody, ModelMesh, OpenSimModel};
 pub use self::replace::{coordinate_precision, replace_positions};
 pub use self::source::{MAX_FILE_BYTES, MAX_STREAM_BYTES, read_file, read_text};
+pub use self::space::Space;
 pub use self::text::escaped;
 pub use self::volume::Volume;
 pub use self::vtk::{CellValues, Cells, PointValues, write_vtp, write_vtp_cells, write_vtu};

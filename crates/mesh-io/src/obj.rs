@@ -8,11 +8,11 @@ use std::str::FromStr;
 
 use glam::DVec3;
 
-use crate::ReadError;
 use crate::copy::{Copy, Precision, check_count, check_range, position as position_of};
 use crate::error::Format;
 use crate::mesh::{Mesh, Polygons};
 use crate::text::{Lines, number, placed_words, quoted, words};
+use crate::{ReadError, Space};
 
 const OBJ: Format = Format { name: "OBJ", remedy: "save it as PLY" };
 
@@ -73,7 +73,8 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
         }
     }
 
-    Mesh::assemble(positions, &polygons)
+    let mesh = Mesh::assemble(positions, &polygons)?;
+    Ok(Mesh { space: Space::in_first_comments(bytes), ..mesh })
 }
 
 /// Reads three coordinates; a weight or a color behind them is skipped.

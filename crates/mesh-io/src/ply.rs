@@ -16,7 +16,7 @@ use crate::mesh::{Mesh, Polygons, Unread};
 use crate::ply_binary::{read_faces, read_vertices};
 use crate::ply_header::with_plain_names;
 use crate::text::quoted;
-use crate::{FilePlace, ReadError, ply_text};
+use crate::{FilePlace, ReadError, Space, ply_text};
 
 pub(crate) const PLY: Format = Format { name: "PLY", remedy: "save it as binary PLY of triangles" };
 
@@ -50,12 +50,13 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
     let header = Parser::<Skipped>::new().read_header(&mut reader);
     let header = header.map_err(|error| malformed(FilePlace::Header, &error))?;
     check_header(&header, bytes.len())?;
+    let space = header.comments.iter().find_map(|text| Space::in_text(text.as_bytes()));
 
     if header.encoding == Encoding::Ascii {
         let start = bytes.len() - reader.get_ref().len();
         let text = ply_text::read(bytes, &header, start)?;
         let unread = unread(bytes, &bytes[text.end..], header.encoding);
-        return Ok(Mesh { unread, ..Mesh::assemble(text.positions, &text.polygons)? });
+        return Ok(Mesh { unread, space, ..Mesh::assemble(text.positions, &text.polygons)? });
     }
 
     // Elements stand in the order of the header.
@@ -75,7 +76,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
     }
 
     let unread = unread(bytes, reader.get_ref(), header.encoding);
-    Ok(Mesh { unread, ..Mesh::assemble(positions, &polygons)? })
+    Ok(Mesh { unread, space, ..Mesh::assemble(positions, &polygons)? })
 }
 
 /// Reads vertices of any binary layout.

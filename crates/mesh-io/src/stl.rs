@@ -16,7 +16,7 @@ use crate::error::Format;
 use crate::mesh::{Mesh, Polygons, Unread};
 use crate::stored_values::single;
 use crate::text::{Lines, number, placed_words, quoted, words};
-use crate::{FilePlace, ReadError};
+use crate::{FilePlace, ReadError, Space};
 
 const STL: Format = Format { name: "STL", remedy: "save it as PLY" };
 
@@ -53,7 +53,15 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
     let merged = if is_text(bytes) { parse_ascii(bytes)? } else { parse_binary(bytes)? };
 
     let mesh = Mesh::assemble(merged.positions, &merged.polygons)?;
-    Ok(Mesh { unread: merged.unread, ..mesh })
+    Ok(Mesh { unread: merged.unread, space: Space::in_text(header(bytes)), ..mesh })
+}
+
+/// Returns the text before the facets: the first line of a text file, the first 80 bytes of a binary one.
+fn header(bytes: &[u8]) -> &[u8] {
+    if is_text(bytes) {
+        return bytes.split(|&byte| byte == b'\n').next().unwrap_or_default();
+    }
+    bytes.get(..HEADER - 4).unwrap_or_default()
 }
 
 /// Returns the number type of the coordinates.

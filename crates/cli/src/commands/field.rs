@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use mesh_io::FieldFormat;
+use mesh_io::{FieldFormat, Space};
 use musculo_collide::distance_field::{DistanceField, FieldMethod, FieldParams, Storage};
 use musculo_collide::surface::mean_edge;
 
@@ -110,7 +110,7 @@ pub(super) fn run(arguments: &FieldArguments) -> Result<Finished, Failure> {
     let (field, built) = if is_field {
         (arguments.read()?, None)
     } else {
-        let (field, built) = arguments.build()?;
+        let (field, built) = arguments.build(out_format)?;
         (field, Some(built))
     };
     let record = FieldRecord::new(arguments.input.display().to_string(), &field, built);
@@ -164,8 +164,14 @@ impl FieldArguments {
         Ok(quantized.with_node_values(field.node_values()))
     }
 
-    fn build(&self) -> Result<(DistanceField, BuiltRecord), Failure> {
+    fn build(&self, out: Option<FieldFormat>) -> Result<(DistanceField, BuiltRecord), Failure> {
         let mesh = LoadedSurface::read(&self.input)?;
+        let is_nrrd = matches!(out, Some(FieldFormat::Nrrd | FieldFormat::GzipNrrd));
+        if is_nrrd && mesh.space == Some(Space::RightAnteriorSuperior) {
+            let problem = "a mesh in the space RAS has no field in NRRD, which is written in LPS: save \
+                           the mesh in LPS, or write the field as .vti";
+            return Err(Failure::in_file(&self.input, problem));
+        }
         let (surface, x) = (&mesh.surface, mesh.positions());
 
         // Details of a mesh are about as large as its edges.

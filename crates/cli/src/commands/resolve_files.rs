@@ -175,11 +175,7 @@ fn rewritten(
     let (content, mesh) = match mesh_io::parse_mesh(&content, &extension) {
         Ok(mesh) if mesh.polygons_fanned == 0 || mesh.faces == faces => (content, mesh),
         Ok(_) | Err(ReadError::NotFannable { .. }) => {
-            let problem = "polygons that were moved are split otherwise: the file that is written has \
-                           triangles, and no other attributes";
-            terminal::print_line("warning", &format!("{}: {problem}", path.display()));
-            let format = MeshFormat::of(path).unwrap_or(MeshFormat::Ply);
-            let content = format.encode(positions, faces);
+            let content = as_triangles(path, original, positions, faces)?;
             let mesh = mesh_io::parse_mesh(&content, &extension).map_err(refused)?;
             (content, mesh)
         }
@@ -191,6 +187,29 @@ fn rewritten(
     let problem = "vertices that were moved are one in the precision of the file: save it in double \
                    precision first";
     Err(Failure::in_file(path, problem))
+}
+
+/// Returns a file of triangles in the place of one with polygons, and warns of what it leaves out.
+fn as_triangles(
+    path: &Path,
+    original: &[u8],
+    positions: &[DVec3],
+    faces: &[[u32; 3]],
+) -> Result<Vec<u8>, Failure> {
+    let before = mesh_io::parse_mesh(original, &extension(path));
+    let before = before.map_err(|error| Failure::in_file(path, error))?;
+    if let Some(space) = before.space {
+        let problem = format!(
+            "polygons that were moved are split otherwise, and triangles would not state the space \
+             {space}: split them into triangles first"
+        );
+        return Err(Failure::in_file(path, problem));
+    }
+
+    let problem = "polygons that were moved are split otherwise: the file that is written has \
+                   triangles, and no other attributes";
+    terminal::print_line("warning", &format!("{}: {problem}", path.display()));
+    Ok(MeshFormat::of(path).unwrap_or(MeshFormat::Ply).encode(positions, faces))
 }
 
 fn at_rest(volume: &Volume) -> [Vec<DVec3>; 2] {
@@ -303,5 +322,17 @@ mod tests {
         let (faces, file) = written("obj", star.as_bytes(), DVec3::new(2.0, 9.0, 0.0));
         let again = mesh_io::parse_mesh(&file.content, "obj").expect("a mesh");
         assert_eq!((again.faces, again.polygons_fanned), (faces, 0));
+    }
+
+    #[test]
+    fn triangles_would_not_state_a_space() {
+        let file = format!("# SPACE=RAS\n{PYRAMID}");
+        let mesh = mesh_io::parse_mesh(file.as_bytes(), "obj").expect("a mesh");
+        let mut positions = mesh.positions;
+        positions[1] = DVec3::new(0.25, 0.75, 0.0);
+        let path = Path::new("fish.obj");
+        let refused = rewritten(path, file.as_bytes(), &positions, &mesh.faces);
+        let problems = refused.expect_err("no file").problems;
+        assert!(problems[0].contains("would not state the space RAS"), "{problems:?}");
     }
 }

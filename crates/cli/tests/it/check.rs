@@ -246,3 +246,32 @@ fn an_open_body_is_divided_where_it_is_crossed() {
         assert!(run.stdout.contains(part), "{part}: {}", run.stdout);
     }
 }
+
+/// 3D Slicer states the axes of a mesh in its file: the same place has other coordinates in each.
+#[test]
+fn meshes_of_two_stated_spaces_are_refused() {
+    let workshop = Workshop::new();
+    let file =
+        |space: &str, x| format!("# 3D Slicer output. SPACE={space}\n{}", tetrahedron(x, 1.0));
+    workshop.write("femur.obj", file("LPS", 0.0));
+    workshop.write("tibia.obj", file("RAS", 5.0));
+    workshop.write("fibula.obj", file("LPS", 9.0));
+    workshop.write("plain.obj", tetrahedron(15.0, 1.0));
+    assert_eq!(workshop.check(&["femur.obj", "fibula.obj", "plain.obj"]).status, 0);
+    assert_eq!(workshop.check(&["tibia.obj", "plain.obj"]).status, 0);
+
+    let run = workshop.check(&["plain.obj", "femur.obj", "fibula.obj", "tibia.obj"]);
+    assert_eq!(run.status, 2, "{}", run.stdout);
+    let problem = "femur.obj states the space LPS, but tibia.obj the space RAS: save both in one";
+    assert!(run.stderr.contains(problem), "{}", run.stderr);
+
+    // Fields in NRRD files are in LPS, those of VTK in the axes of the mesh.
+    for (mesh, field, status) in
+        [("tibia.obj", "a.nrrd", 2), ("tibia.obj", "a.vti", 0), ("femur.obj", "b.nrrd", 0)]
+    {
+        let run = workshop.run("field", &[mesh, "--out", field]);
+        assert_eq!(run.status, status, "{mesh} {field}: {}", run.stderr);
+        let says = run.stderr.contains("tibia.obj: a mesh in the space RAS has no field in NRRD");
+        assert_eq!(says, status == 2, "{}", run.stderr);
+    }
+}

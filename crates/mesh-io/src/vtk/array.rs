@@ -21,6 +21,9 @@ use super::{Appended, VtkFile};
 use crate::text::{number, quoted, words};
 use crate::{FilePlace, ReadError};
 
+/// Maximum number of numbers in whose memory a text fits.
+const MAX_TEXT: usize = 64;
+
 /// Maximum number of bytes of a number.
 const MAX_WIDTH: usize = 8;
 
@@ -84,6 +87,12 @@ impl<'a> DataArray<'a> {
             "Int64" | "UInt64" => Ok(self.decode(&bytes, i64::from_le_bytes)),
             other => Err(self.malformed(format!("indices of type {}", quoted(other)))),
         }
+    }
+
+    /// Returns the bytes of an array of short text.
+    pub(super) fn text(&self) -> Option<Vec<u8>> {
+        let text = if self.encoding() == "ascii" { self.ascii() } else { self.bytes(MAX_TEXT) };
+        text.ok()
     }
 
     fn ascii<T: FromStr>(&self) -> Result<Vec<T>, ReadError> {

@@ -15,6 +15,7 @@ mod vtu;
 mod write;
 pub(crate) mod xml;
 
+use self::array::DataArray;
 pub(crate) use self::replace::{VtkPoints, replace_points};
 pub(crate) use self::vti::{encode_vti, parse_vti};
 pub(crate) use self::vtp::parse_vtp;
@@ -24,7 +25,7 @@ pub use self::write::{CellValues, Cells, PointValues, write_vtp, write_vtp_cells
 use self::xml::Element;
 use crate::error::Format;
 use crate::text::quoted;
-use crate::{FilePlace, ReadError};
+use crate::{FilePlace, ReadError, Space};
 
 /// Kind of VTK XML file.
 #[derive(Debug)]
@@ -103,6 +104,19 @@ impl<'a> VtkFile<'a> {
             compressor: compressor.map(str::to_owned),
             appended,
         })
+    }
+}
+
+impl VtkFile<'_> {
+    /// Returns the space that the field data name, in an array of text.
+    fn space(&self) -> Option<Space> {
+        let fields = self.dataset.child("FieldData")?;
+        let mut arrays = fields.children("Array").chain(fields.children("DataArray"));
+        let array = arrays.find(|array| array.attribute("Name") == Some("SPACE"))?;
+
+        // Texts end with a byte of 0.
+        let text = DataArray::new(self, array).text()?;
+        Space::named(text.split(|&byte| byte == 0).next()?)
     }
 }
 

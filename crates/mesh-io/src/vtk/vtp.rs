@@ -38,5 +38,5 @@ pub(crate) fn parse_vtp(bytes: &[u8]) -> Result<Mesh, ReadError> {
         }
     }
 
-    Mesh::assemble(positions, &polygons)
+    Ok(Mesh { space: file.space(), ..Mesh::assemble(positions, &polygons)? })
 }

@@ -62,7 +62,8 @@ pub(crate) fn parse_vtu(bytes: &[u8]) -> Result<Mesh, ReadError> {
     }
 
     let numbers = (0..nodes.len() as u64).collect();
-    Mesh::of_volume(NumberedNodes { positions: nodes, numbers }, cells)
+    let mesh = Mesh::of_volume(NumberedNodes { positions: nodes, numbers }, cells)?;
+    Ok(Mesh { space: file.space(), ..mesh })
 }
 
 /// Returns a cell of a type; `None` for those without volume.

@@ -40,6 +40,7 @@ fn expected() -> Mesh {
         faces: triangles,
         polygons_fanned: 1,
         unread: None,
+        space: None,
         volume: None,
     }
 }

@@ -1,7 +1,7 @@
 //! Text files as other programs spell them.
 
 use glam::DVec3;
-use mesh_io::{Mesh, ReadError, parse_mesh, replace_positions};
+use mesh_io::{Mesh, MeshFormat, ReadError, Space, parse_mesh, replace_positions};
 
 const CORNERS: [DVec3; 3] = [DVec3::ZERO, DVec3::X, DVec3::new(0.0, 0.5, 0.0)];
 
@@ -114,4 +114,57 @@ fn ply_names_that_are_declared_twice_are_refused() {
     let properties = format!("property uchar a[\nproperty uchar a]\n{XYZ}");
     let file = ply(&properties, "7 8 0 0 0\n7 8 1 0 0\n7 8 0 0.5 0\n");
     assert_eq!(parse_mesh(file.as_bytes(), "ply").expect("a mesh").positions, CORNERS);
+}
+
+/// As 3D Slicer writes them; a file that is written again keeps what it states.
+#[test]
+fn stated_spaces_are_read() {
+    let plain = MeshFormat::Ply.encode(&CORNERS, &[[0, 1, 2]]);
+    let spliced = |file: &[u8], at: &str, more: String| {
+        let place = file.windows(at.len()).position(|window| window == at.as_bytes());
+        let end = place.expect("a place") + at.len();
+        [&file[..end], more.as_bytes(), &file[end..]].concat()
+    };
+    for (name, space) in
+        [("LPS", Space::LeftPosteriorSuperior), ("RAS", Space::RightAnteriorSuperior)]
+    {
+        let header = format!("3D Slicer output. SPACE={name}");
+        let mut binary = format!("{header:80}").into_bytes();
+        binary.extend(1_u32.to_le_bytes());
+        binary.extend([0; 12]);
+        binary.extend(
+            [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.5, 0.0].map(f32::to_le_bytes).concat(),
+        );
+        binary.extend([0; 2]);
+        let text = MeshFormat::Stl.encode(&CORNERS, &[[0, 1, 2]]);
+        let obj = MeshFormat::Obj.encode(&CORNERS, &[[0, 1, 2]]);
+        let codes = name.bytes().map(|byte| format!("{byte} ")).collect::<String>() + "0";
+        let vtp = MeshFormat::Vtp.encode(&CORNERS, &[[0, 1, 2]]);
+        let field = |content: &str| {
+            let array = format!("<Array type=\"String\" Name=\"SPACE\" {content}</Array>");
+            spliced(&vtp, "<PolyData>", format!("<FieldData>{array}</FieldData>"))
+        };
+        let base64 = if name == "LPS" { "BAAAAAAAAABMUFMA" } else { "BAAAAAAAAABSQVMA" };
+        for (extension, file) in [
+            ("stl", binary),
+            ("stl", spliced(&text, "solid ", format!("{header} "))),
+            ("obj", [format!("# {header}\n\n").as_bytes(), &obj].concat()),
+            ("ply", spliced(&plain, "endian 1.0\n", format!("comment SPACE={name}\n"))),
+            ("vtp", field(&format!("NumberOfTuples=\"1\" format=\"ascii\">{codes}"))),
+            ("vtp", field(&format!("NumberOfTuples=\"1\" format=\"binary\">{base64}"))),
+        ] {
+            let mesh = parse_mesh(&file, extension).expect(extension);
+            assert_eq!(mesh.space, Some(space), "{extension}");
+            assert_eq!(mesh.positions, CORNERS, "as the file has them");
+            let moved = CORNERS.map(|x| x + DVec3::Z);
+            let written = replace_positions(&file, extension, &moved).expect(extension);
+            let written = parse_mesh(&written, extension).expect(extension);
+            assert_eq!((written.space, &written.positions[..]), (Some(space), &moved[..]));
+        }
+    }
+
+    let late = b"v 0 0 0\nv 1 0 0\nv 0 1 0\n# SPACE=RAS\nf 1 2 3\n";
+    for (extension, file) in [("ply", &plain[..]), ("obj", &late[..])] {
+        assert_eq!(parse_mesh(file, extension).expect("a mesh").space, None);
+    }
 }
