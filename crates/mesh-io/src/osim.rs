@@ -296,6 +296,22 @@ mod tests {
     }
 
     #[test]
+    fn offset_frames_turn_what_stands_in_them() {
+        let mesh =
+            "<attached_geometry><Mesh><mesh_file>m.stl</mesh_file></Mesh></attached_geometry>";
+        let text = format!(
+            "<Body name=\"b\"><components><PhysicalOffsetFrame name=\"turned\">\
+             <translation>0 0 5</translation><orientation>0 0 {FRAC_PI_2}</orientation>\
+             </PhysicalOffsetFrame><PhysicalOffsetFrame name=\"moved\">\
+             <socket_parent>../turned</socket_parent><translation>2 0 0</translation>{mesh}\
+             </PhysicalOffsetFrame></components></Body>"
+        );
+        let bodies = OpenSimModel::parse(&model(&text)).expect("a model").bodies;
+        let x = bodies[0].meshes[0].placement.transform_point3(DVec3::X);
+        assert!(x.distance(DVec3::new(0.0, 3.0, 5.0)) < 1e-14, "{x}");
+    }
+
+    #[test]
     fn geometry_in_another_frame_follows_its_socket() {
         let mesh = "<attached_geometry><Mesh><socket_frame>/bodyset/tibia</socket_frame>\
                     <mesh_file>m.stl</mesh_file></Mesh></attached_geometry>";

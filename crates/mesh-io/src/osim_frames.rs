@@ -6,6 +6,8 @@
 //!
 //! Source: OpenSim API, classes `PhysicalOffsetFrame`, `Socket` and `ComponentPath`.
 
+use std::collections::HashMap;
+
 use glam::{DAffine3, DVec3};
 
 use crate::ReadError;
@@ -30,6 +32,8 @@ const FRAME: [&str; 2] = ["socket_frame", "socket_frame_connectee_name"];
 pub(crate) struct Frames<'a> {
     model: &'a str,
     frames: Vec<Frame<'a>>,
+    /// Numbers of the frames, by their paths; the first of two with one path.
+    numbers: HashMap<Vec<&'a str>, usize>,
 }
 
 /// Body, or offset frame among the components of one.
@@ -52,7 +56,8 @@ pub(crate) struct FramePlace {
 impl<'a> Frames<'a> {
     /// Collects the frames of bodies.
     pub(crate) fn of(model: &'a Element, bodies: impl Iterator<Item = &'a Element>) -> Self {
-        let mut frames = Self { model: name_of(model), frames: Vec::new() };
+        let model = name_of(model);
+        let mut frames = Self { model, frames: Vec::new(), numbers: HashMap::new() };
         for (number, body) in bodies.enumerate() {
             frames.add(body, vec![BODY_SET, name_of(body)], Some(number));
         }
@@ -61,6 +66,7 @@ impl<'a> Frames<'a> {
 
     /// Adds a frame, and those among its components.
     fn add(&mut self, element: &'a Element, path: Vec<&'a str>, body: Option<usize>) {
+        self.numbers.entry(path.clone()).or_insert(self.frames.len());
         self.frames.push(Frame { element, path: path.clone(), body });
         for components in element.children("components") {
             for offset in components.children("PhysicalOffsetFrame") {
@@ -165,7 +171,7 @@ impl<'a> Frames<'a> {
     }
 
     fn at(&self, path: &[&str]) -> Option<&Frame<'a>> {
-        self.frames.iter().find(|frame| frame.path == path)
+        self.numbers.get(path).map(|&number| &self.frames[number])
     }
 }
 

@@ -268,6 +268,8 @@ fn ends_of_axes_place_the_grid() {
     let inside = node + DVec3::splat(0.05);
     let ends = "axis mins: 1 -2 3\naxis maxs: 1.1 -1.8 3.3";
     assert_eq!(at(&format!("{ends}\ncenters: node node node")), node);
+    let ends_of_cells = "axis mins: 1 -2 3\naxis maxs: 1.2 -1.7 3.4\ncenters: cell cell cell";
+    assert_eq!(at(ends_of_cells), inside);
     assert_eq!(at("axismins: 1 -2 3\ncenterings: cell cell cell"), inside);
     assert_eq!(at("axis mins: 1 -2 3\ncenters: cell node cell"), inside.with_y(-2.0));
     assert_eq!(at("axis mins: nan nan nan\ncenters: cell cell cell"), DVec3::ZERO);

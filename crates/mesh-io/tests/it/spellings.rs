@@ -51,7 +51,7 @@ fn ply_numbers_are_read_as_c_writes_them() {
     }
 
     // Others are refused by their line, and so are coordinates that are not finite.
-    for number in ["1.0f", "1d0", "1,0", "0x1", "nan", "inf", "-", "1.#QNAN"] {
+    for number in ["0 # c", "1.0f", "1d0", "1,0", "0x1", "nan", "inf", "-", "1.#QNAN"] {
         let file = ply(XYZ, &format!("0 0 0\n1 0 {number}\n0 1 0\n"));
         let error = refusal(parse_mesh(file.as_bytes(), "ply"));
         let expected = format!("line 11: Couldn't read element line: '1 0 {number}'");
@@ -83,6 +83,15 @@ fn ply_names_are_any_words() {
                 assert_eq!(again.len(), written.len(), "{name}");
             }
         }
+    }
+
+    // One letter takes the place of another, but of none that has a meaning.
+    for (count, is_read) in [(24, true), (25, false)] {
+        let names = "0123456789!#$%&'()*+,./:;".chars().take(count);
+        let names: String = names.map(|name| format!("property uchar {name}\n")).collect();
+        let vertices = CORNERS.map(|x| format!("{}{} {} {}\n", "7 ".repeat(count), x.x, x.y, x.z));
+        let mesh = parse_mesh(ply(&(names + XYZ), &vertices.concat()).as_bytes(), "ply");
+        assert_eq!(mesh.is_ok_and(|mesh| mesh.positions == CORNERS), is_read, "{count}");
     }
 
     let file = ply(&format!("{XYZ}property odd w\n"), "0 0 0 0\n1 0 0 0\n0 1 0 0\n");
