@@ -86,12 +86,18 @@ fn ply_names_are_any_words() {
     }
 
     // One letter takes the place of another, but of none that has a meaning.
-    for (count, is_read) in [(24, true), (25, false)] {
+    let names_of = |count: usize| {
         let names = "0123456789!#$%&'()*+,./:;".chars().take(count);
-        let names: String = names.map(|name| format!("property uchar {name}\n")).collect();
+        names.map(|name| format!("property uchar {name}\n")).collect::<String>()
+    };
+    for (count, is_read) in [(24, true), (25, false)] {
         let vertices = CORNERS.map(|x| format!("{}{} {} {}\n", "7 ".repeat(count), x.x, x.y, x.z));
-        let mesh = parse_mesh(ply(&(names + XYZ), &vertices.concat()).as_bytes(), "ply");
+        let mesh = parse_mesh(ply(&(names_of(count) + XYZ), &vertices.concat()).as_bytes(), "ply");
         assert_eq!(mesh.is_ok_and(|mesh| mesh.positions == CORNERS), is_read, "{count}");
+
+        let without_x = XYZ.replace("property float x\n", "");
+        let names = names_of(count) + &without_x;
+        assert!(parse_mesh(ply(&names, &vertices.concat()).as_bytes(), "ply").is_err(), "{count}");
     }
 
     let file = ply(&format!("{XYZ}property odd w\n"), "0 0 0 0\n1 0 0 0\n0 1 0 0\n");
