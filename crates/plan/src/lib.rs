@@ -77,6 +77,7 @@ mod params;
 mod plan;
 mod planner;
 mod respond;
+mod rounding;
 mod structures;
 mod surface_depth;
 mod table;

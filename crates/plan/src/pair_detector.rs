@@ -12,8 +12,9 @@ use crate::bone_field::MAX_DEPTH;
 use crate::compared::ComparedSurface;
 use crate::cost::{count, far_share};
 use crate::motion::LastDepth;
+use crate::rounding::rounding;
 use crate::structures::Structures;
-use crate::surface_depth::{Compared, FoundDepth, SurfaceDepth, rounding};
+use crate::surface_depth::{Compared, FoundDepth, SurfaceDepth};
 use crate::{
     DetectionMethod, OperationCounts, PairDetection, PairPlan, PairState, PlanError, PlanParams,
 };

@@ -10,8 +10,8 @@ use crate::cost::count;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PlanParams {
-    /// Largest accepted error of a depth or of a contact's gap, `> 0`: the bound of each pair's
-    /// method is proved to be within it.
+    /// Largest accepted error of a depth or of a contact's gap, `> 0` and above the rounding of distances
+    /// between the bodies: the bound of each pair's method is proved to be within it.
     pub tolerance: f64,
     /// Largest gap that is still reported as a contact, `>= 0`.
     pub margin: f64,

@@ -14,6 +14,7 @@ use crate::coarse_size::predicted_faces;
 use crate::cost::{OperationCounts, count, far_share};
 use crate::pair_detector::PairDetector;
 use crate::plan::PlannedBody;
+use crate::rounding::check_rounding;
 use crate::structures::{
     MissingStructure, Structures, coarse_construction, coarse_follow, refit, tree_construction,
 };
@@ -62,6 +63,7 @@ impl Plan {
         progress: Progress<'_>,
     ) -> Result<Self, PlanError> {
         params.validate()?;
+        check_rounding(scene, params.tolerance)?;
         let near = NearPairs::find(scene, params, forced)?;
         let present = vec![StructureSet::default(); scene.bodies().len()];
         let mut planner = Planner::new(scene, params, near.planned, present);

@@ -42,6 +42,7 @@ use surface::{TriangleFeature, closest_on_triangle};
 
 use crate::OperationCounts;
 use crate::cut_face::CutFace;
+use crate::rounding::rounding;
 
 /// Triangles that a search splits, some seconds: reached where whole surfaces are equally deep.
 const MAX_SPLITS: u32 = 4_000_000;
@@ -52,9 +53,6 @@ const MAX_STEPS: u32 = 8;
 
 /// Share of the width of a bracket that the rounding of polygons may take.
 const ERROR_SHARE: f64 = 1e-3;
-
-/// Roundings of a coordinate that a distance may be off by.
-const ROUNDINGS: f64 = 64.0;
 
 /// Search for depths, in memory that is reused from frame to frame.
 #[derive(Debug, Default)]
@@ -473,21 +471,6 @@ fn inside(found: &PairProximity, side: usize) -> impl Iterator<Item = &NearVerte
 /// Returns true for a vertex inside, however little.
 fn is_inside(near: &NearVertex) -> bool {
     near.gap.is_sign_negative()
-}
-
-/// Returns a bound on the rounding of distances between two bodies.
-pub(crate) fn rounding(bodies: [&SurfaceTree; 2]) -> f64 {
-    // The largest coordinate, in single precision; the first directions are the axes.
-    let mut size: f64 = 0.0;
-    for body in bodies {
-        let bounds = body.tree().root();
-        for axis in 0..3 {
-            for end in bounds.interval(axis) {
-                size = size.max(f64::from(end).abs());
-            }
-        }
-    }
-    ROUNDINGS * f64::EPSILON * size
 }
 
 /// Bounds the distance of a point of a triangle from the nearest corner: longest edge over √3.

@@ -9,17 +9,6 @@ fn tree(mesh: &fixtures::Mesh) -> SurfaceTree {
     SurfaceTree::new(mesh.surface(), mesh.positions.clone()).expect("a tree")
 }
 
-#[test]
-fn rounding_is_that_of_the_farthest_vertex() {
-    let mut ball = icosphere(1.0, 2);
-    ball.positions[7] = DVec3::new(0.0, 1e6, 0.0);
-    let [near, far] = [tree(&icosphere(1.0, 2)), tree(&ball)];
-    for bodies in [[&near, &far], [&far, &near]] {
-        assert!(rounding(bodies) >= ROUNDINGS * f64::EPSILON * 1e6);
-    }
-    assert!(rounding([&near, &near]) < ROUNDINGS * f64::EPSILON * 1.1);
-}
-
 /// Finds a depth within a tolerance; returns true as well if it was searched for.
 fn find(bodies: [&SurfaceTree; 2], deviations: [f64; 2], tolerance: f64) -> (FoundDepth, bool) {
     let mut found = PairProximity::default();

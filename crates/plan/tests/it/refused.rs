@@ -168,3 +168,32 @@ fn soft_polygons_are_not_moved_as_triangles() {
         assert_eq!(moved.err(), (kind == BodyKind::Deformable).then_some(refused));
     }
 }
+
+/// A bracket on a depth is no narrower than coordinates are exact: what cannot be proved is not planned.
+#[test]
+fn tolerances_below_the_rounding_of_coordinates_are_refused() {
+    for at in [0.0, 1e3, 1e6] {
+        let mut scene = Scene::new();
+        for (name, kind, x) in
+            [("bone", BodyKind::Rigid, 0.0), ("muscle", BodyKind::Deformable, 18.0)]
+        {
+            let ball = icosphere(10.0, 3).rotated(DVec3::ONE, 0.01 * x);
+            let ball = ball.translated(DVec3::new(at + x, at, 0.0));
+            scene.add(name, kind, ball.surface(), ball.positions).expect("a body");
+        }
+        let largest = at + 28.0;
+        for tolerance in [1e-14 * largest, 1e-16 * largest, f64::MIN_POSITIVE] {
+            let params = PlanParams::with_tolerance(tolerance);
+            let refused = Plan::new(&mut scene, &params, Progress::none());
+            let Err(PlanError::Parameter(error)) = refused else { panic!("{refused:?}") };
+            assert_eq!((error.name, error.value), ("tolerance", tolerance));
+        }
+
+        let tolerance = 1e-13 * largest;
+        let mut plan = plan(&mut scene, &PlanParams::with_tolerance(tolerance));
+        let mut detection = Detection::default();
+        plan.detect(&mut scene, &mut detection).expect("a detection");
+        let [found] = detection.pairs() else { panic!("one pair") };
+        assert!(found.depth.upper - found.depth.lower <= 2.0 * plan.pairs()[0].accuracy.bound);
+    }
+}
