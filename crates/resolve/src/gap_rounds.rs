@@ -51,6 +51,10 @@ impl Run<'_> {
         if self.params.gap <= 0.0 {
             return Ok(Vec::new());
         }
+        if self.near.overlapping().next().is_some() {
+            // Bodies that were uncrossed or rounded since are elsewhere.
+            self.detect_moved(&vec![true; self.tissues.len()])?;
+        }
         let crossing = self.overlapping_pairs();
         let slack = self.gap_slack();
         let target = self.params.gap + slack;

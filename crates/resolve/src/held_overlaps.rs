@@ -39,7 +39,7 @@ impl Run<'_> {
 #[cfg(test)]
 mod tests {
     use fixtures::shapes;
-    use glam::DVec3;
+    use glam::{DQuat, DVec3};
     use scene::{BodyKind, Scene};
     use surface::progress::Progress;
 
@@ -66,6 +66,11 @@ mod tests {
             let conditions = Conditions::default();
             let run = Run::new(&mut scene, params, &conditions, &[], None, Progress::none());
             let mut run = run.expect("a run");
+
+            // Turned a little since, as what was uncrossed.
+            let turned = |x: &DVec3| DQuat::from_rotation_z(0.01) * *x;
+            let x: Vec<DVec3> = run.scene.bodies()[1].positions().iter().map(turned).collect();
+            run.move_tissue(1, &x).expect("finite");
             run.open_gaps(0).expect("rounds");
             run.detect_moved(&[false, true, false]).expect("detected");
 
