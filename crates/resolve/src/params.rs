@@ -44,7 +44,7 @@ pub struct ResolveParams {
 ///
 /// Positions of soft bodies are rounded to it *before* limits are examined and distances proved, so
 /// that both hold in the file. Rigid bodies are not changed: their distances are proved at rounded
-/// positions.
+/// positions. Without a gap nothing is rounded, and surfaces that touch may cross in the file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
