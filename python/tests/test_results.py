@@ -60,9 +60,11 @@ def test_results_are_values_and_have_a_table_and_html(results):
         assert len({len(column) for column in table.values()}) == 1, kind
 
 
-def test_tables_hold_pairs_of_counts(two_boxes):
-    total = two_boxes.check()[0].overlap.total
+def test_tables_name_both_of_two_values(two_boxes):
+    overlap = two_boxes.check()[0].overlap
+    total = overlap.total
     assert [total.to_table()[f"inside_vertices.{side}"][0] for side in "ab"] == list(total.inside_vertices)
+    assert [overlap.to_table()[f"covers_twice.{side}"][0] for side in "ab"] == list(overlap.covers_twice)
     resolution = two_boxes.resolve()
     columns = resolution.to_table()
     for i, when in enumerate(("before", "after")):

@@ -17,8 +17,8 @@ import numpy.typing as npt
 Vector = tuple[float, float, float]
 Table = dict[str, npt.NDArray[Any]]
 
-PARTS = {"inside_vertices": ("a", "b"), "self_crossings": ("before", "after")}
-"""Names of two counts in a table; two lengths are a lower and an upper bound."""
+PARTS = {"covers_twice": ("a", "b"), "inside_vertices": ("a", "b"), "self_crossings": ("before", "after")}
+"""Names of two values in a table that are not a lower and an upper bound."""
 
 
 class Record:
