@@ -56,35 +56,38 @@ pub(crate) fn points<'a>(array: &'a Points<'_>) -> PyResult<&'a [DVec3]> {
     }
 }
 
-/// Returns the surface with these faces.
+/// Returns the corners of faces where they are, without a copy.
+pub(crate) fn corners<'a>(array: &'a Faces<'_>) -> PyResult<&'a [[i64; 3]]> {
+    match array.as_slice() {
+        Ok(numbers) if array.shape()[1] == 3 => Ok(numbers.as_chunks().0),
+        _ => Err(not_rows("faces", array.shape())),
+    }
+}
+
+/// Returns the surface with these faces, or the reason against them. It needs no interpreter.
 pub(crate) fn surface(
     name: &str,
     vertex_count: usize,
-    faces: &Faces<'_>,
-) -> PyResult<TriangleSurface> {
-    let Ok(corners) = faces.as_slice() else { return Err(not_rows("faces", faces.shape())) };
-    if faces.shape()[1] != 3 {
-        return Err(not_rows("faces", faces.shape()));
-    }
-
+    faces: &[[i64; 3]],
+) -> Result<TriangleSurface, String> {
     // Every corner is the number of a vertex.
-    let mut list = Vec::with_capacity(corners.len() / 3);
-    for (face, corners) in corners.chunks_exact(3).enumerate() {
+    let mut list = Vec::with_capacity(faces.len());
+    for (face, corners) in faces.iter().enumerate() {
         let mut own = [0; 3];
         for (own, &corner) in own.iter_mut().zip(corners) {
             *own = match u32::try_from(corner) {
                 Ok(corner) if (corner as usize) < vertex_count => corner,
                 _ => {
-                    return Err(refused(format!(
+                    return Err(format!(
                         "{name}: face {face} has the corner {corner}, but there are {vertex_count} \
                          vertices, numbered from 0"
-                    )));
+                    ));
                 }
             };
         }
         list.push(own);
     }
-    TriangleSurface::new(vertex_count, list).map_err(|error| refused(format!("{name}: {error}")))
+    TriangleSurface::new(vertex_count, list).map_err(|error| format!("{name}: {error}"))
 }
 
 fn not_rows(what: &str, shape: &[usize]) -> PyErr {

@@ -1,28 +1,23 @@
 //! Long calls: without the interpreter's lock, on the threads asked for, with progress and Ctrl-C.
 
-use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::ops::ControlFlow;
 use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use musculo_collide::Progress;
-use musculo_collide::surface::parallel::on_calling_thread;
 use pyo3::prelude::*;
-use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::error::{interrupted, refused};
+use crate::threads::Threads;
 
 /// Time between two looks at signals and two calls of a progress function. Shorter costs time in
 /// the interpreter; longer delays the end of an interrupted call.
 const INTERVAL: Duration = Duration::from_millis(50);
-
-/// Pools of other sizes than the default one, by their number of threads.
-static POOLS: Mutex<BTreeMap<usize, Arc<ThreadPool>>> = Mutex::new(BTreeMap::new());
 
 /// Nanoseconds that calls have computed for, on all threads together.
 static COMPUTED: AtomicU64 = AtomicU64::new(0);
@@ -46,39 +41,15 @@ fn timed<T>(compute: impl FnOnce() -> T) -> T {
 /// Threads and observer of a long call.
 #[derive(Debug)]
 pub(crate) struct Call {
-    pool: Threads,
+    threads: Threads,
     /// Function that is given the finished share.
     progress: Option<Py<PyAny>>,
-}
-
-/// Threads that a call computes on.
-#[derive(Debug)]
-enum Threads {
-    /// The caller's.
-    Own,
-    /// All of the default pool.
-    All,
-    /// Those of another pool.
-    Pool(Arc<ThreadPool>),
 }
 
 impl Call {
     /// Prepares a call on a number of threads: all where it is `None`, the caller's own for 1.
     pub(crate) fn new(threads: Option<i64>, progress: Option<Py<PyAny>>) -> PyResult<Self> {
-        let most = 64.max(4 * thread::available_parallelism().map_or(1, usize::from));
-        let pool = match threads {
-            None if rayon::current_num_threads() == 1 => Threads::Own,
-            None => Threads::All,
-            Some(1) => Threads::Own,
-            Some(threads) => match usize::try_from(threads) {
-                Ok(number) if 0 < number && number <= most => Threads::Pool(pool(number)?),
-                _ => {
-                    let message = format!("{threads} threads: from 1 to {most} are allowed");
-                    return Err(refused(message));
-                }
-            },
-        };
-        Ok(Self { pool, progress })
+        Ok(Self { threads: Threads::new(threads)?, progress })
     }
 
     /// Computes without the interpreter's lock.
@@ -91,16 +62,13 @@ impl Call {
     ) -> PyResult<T> {
         let observer = Observer::new(self.progress.as_ref());
         let compute = |progress: Progress<'_>| timed(|| compute(progress));
-        let result = py.detach(|| match &self.pool {
+        let result = py.detach(|| match &self.threads {
             Threads::Own => {
                 let handler = |fraction| observer.observe_now_and_then(fraction);
-                on_calling_thread(|| compute(Progress::new(&handler)))
+                self.threads.compute(|| compute(Progress::new(&handler)))
             }
-            Threads::All => observer.compute_beside(compute),
-            Threads::Pool(pool) => observer.compute_beside(|progress| {
-                // The pool's threads hand the work to each other; this one waits.
-                pool.install(|| compute(progress))
-            }),
+            // Threads of a pool hand the work to each other; this one waits.
+            threads => observer.compute_beside(|progress| threads.compute(|| compute(progress))),
         });
 
         match observer.exception() {
@@ -115,12 +83,7 @@ impl Call {
         py: Python<'_>,
         compute: impl FnOnce() -> Result<T, E> + Send,
     ) -> PyResult<T> {
-        let compute = || timed(compute);
-        let result = py.detach(|| match &self.pool {
-            Threads::Own => on_calling_thread(compute),
-            Threads::All => compute(),
-            Threads::Pool(pool) => pool.install(compute),
-        });
+        let result = py.detach(|| self.threads.compute(|| timed(compute)));
         result.map_err(refused)
     }
 }
@@ -131,16 +94,12 @@ pub(crate) fn count(number: i64, what: &str) -> PyResult<u32> {
     u32::try_from(number).map_err(refuse)
 }
 
-/// Returns the pool of a number of threads, which is kept for later calls.
-fn pool(threads: usize) -> PyResult<Arc<ThreadPool>> {
-    let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(pool) = pools.get(&threads) {
-        return Ok(Arc::clone(pool));
-    }
-    let pool = ThreadPoolBuilder::new().num_threads(threads).build().map_err(refused)?;
-    let pool = Arc::new(pool);
-    pools.insert(threads, Arc::clone(&pool));
-    Ok(pool)
+/// Computes what is soon done on all threads, without the interpreter's lock.
+pub(crate) fn short<T: Send, E: Display + Send>(
+    py: Python<'_>,
+    compute: impl FnOnce() -> Result<T, E> + Send,
+) -> PyResult<T> {
+    Call::new(None, None)?.run_short(py, compute)
 }
 
 /// Link between a computation and the interpreter.

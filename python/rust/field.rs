@@ -3,19 +3,23 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use glam::DVec3;
 use mesh_io::FieldFormat;
-use musculo_collide::Progress;
 use musculo_collide::distance_field::{
     DistanceField, FieldParams, Interpolation, MeasuredError, QueryParams, SampleBatch,
 };
+use musculo_collide::{Interrupted, Progress};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::arrays::{Faces, Points, array, point_array, points, surface};
+use crate::arrays::{Faces, Points, array, corners, point_array, points, surface};
 use crate::call::Call;
-use crate::error::{refused, unreadable};
+use crate::error::unreadable;
 use crate::record::{dict, vector};
+
+/// Points that are evaluated between two polls for interruption: some hundredths of a second.
+const POLL_INTERVAL: usize = 1 << 18;
 
 /// Distances of points, and their gradients where asked for.
 type Samples<'py> = (Bound<'py, PyArray1<f64>>, Option<Bound<'py, PyArray2<f64>>>);
@@ -42,14 +46,14 @@ impl Field {
         threads: Option<i64>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Self> {
-        let positions = points(&vertices)?;
-        let surface = surface("the surface", positions.len(), &faces)?;
-        let x = surface.positions(positions).map_err(refused)?;
+        let (positions, corners) = (points(&vertices)?, corners(&faces)?);
         let default = FieldParams::new(spacing);
         let padding = padding.unwrap_or(default.padding);
         let params = FieldParams { padding, truncation, ..default };
         let field = Call::new(threads, progress)?.run(py, |progress: Progress<'_>| {
-            DistanceField::build(&surface, x, &params, progress)
+            let surface = surface("the surface", positions.len(), corners)?;
+            let x = surface.positions(positions).map_err(|error| error.to_string())?;
+            DistanceField::build(&surface, x, &params, progress).map_err(|error| error.to_string())
         })?;
         Ok(Self { field: Arc::new(field) })
     }
@@ -75,12 +79,17 @@ impl Field {
         at: Points<'py>,
         cubic: bool,
         gradients: bool,
+        threads: Option<i64>,
     ) -> PyResult<Samples<'py>> {
         let points = points(&at)?;
         let interpolation = if cubic { Interpolation::Cubic } else { Interpolation::Trilinear };
         let params = QueryParams { interpolation, ..QueryParams::default() };
-        let mut samples = SampleBatch::default();
-        py.detach(|| self.field.query_batch(points, &params, &mut samples));
+        let call = Call::new(threads, None)?;
+        let samples = if points.len() <= POLL_INTERVAL {
+            call.run_short(py, || Ok::<_, Interrupted>(self.sample(points, &params)))?
+        } else {
+            call.run(py, |progress| self.sample_in_pieces(points, &params, progress))?
+        };
         let gradient = gradients.then(|| point_array(py, &samples.gradient));
         Ok((array(py, samples.distance), gradient))
     }
@@ -118,6 +127,35 @@ impl Field {
 }
 
 impl Field {
+    fn sample(&self, points: &[DVec3], params: &QueryParams) -> SampleBatch {
+        let mut samples = SampleBatch::default();
+        self.field.query_batch(points, params, &mut samples);
+        samples
+    }
+
+    /// Evaluates many points, with a poll for interruption before each piece of them.
+    fn sample_in_pieces(
+        &self,
+        points: &[DVec3],
+        params: &QueryParams,
+        progress: Progress<'_>,
+    ) -> Result<SampleBatch, Interrupted> {
+        let pieces = points.chunks(POLL_INTERVAL);
+        let steps = progress.steps(pieces.len());
+        let mut all = SampleBatch::default();
+        all.distance.reserve_exact(points.len());
+        all.gradient.reserve_exact(points.len());
+
+        let mut samples = SampleBatch::default();
+        for piece in pieces {
+            steps.advance(1)?;
+            self.field.query_batch(piece, params, &mut samples);
+            all.distance.append(&mut samples.distance);
+            all.gradient.append(&mut samples.gradient);
+        }
+        Ok(all)
+    }
+
     /// Returns the field, to be held by others too.
     pub(crate) fn shared(&self) -> Arc<DistanceField> {
         Arc::clone(&self.field)

@@ -18,11 +18,13 @@ mod resolution;
 mod scene;
 mod step;
 mod surface;
+mod threads;
 
 use pyo3::prelude::*;
 
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    threads::keep_process();
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<scene::Scene>()?;
     module.add_class::<plan::Plan>()?;

@@ -5,7 +5,7 @@ use musculo_collide::medial::{MedialParams, generate as generate_medial};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::arrays::{Faces, Points, array, point_array, points, row_array, surface};
+use crate::arrays::{Faces, Points, array, corners, point_array, points, row_array, surface};
 use crate::call::{Call, count};
 use crate::error::refused;
 use crate::record::dict;
@@ -27,11 +27,12 @@ pub(crate) fn generate<'py>(
         (None, Some(tolerance)) => MedialParams::tolerance(tolerance),
         _ => return Err(refused("name either a number of balls or a tolerance")),
     };
-    let positions = points(&vertices)?;
-    let surface = surface("the surface", positions.len(), &faces)?;
-    let x = surface.positions(positions).map_err(refused)?;
-    let generated = Call::new(threads, progress)?
-        .run(py, |progress| generate_medial(&surface, x, &params, progress))?;
+    let (positions, corners) = (points(&vertices)?, corners(&faces)?);
+    let generated = Call::new(threads, progress)?.run(py, |progress| {
+        let surface = surface("the surface", positions.len(), corners)?;
+        let x = surface.positions(positions).map_err(|error| error.to_string())?;
+        generate_medial(&surface, x, &params, progress).map_err(|error| error.to_string())
+    })?;
 
     let medial = &generated.medial;
     let centers: Vec<DVec3> = medial.balls().iter().map(|ball| ball.center).collect();

@@ -7,8 +7,8 @@ use mesh_io::MeshFormat;
 use numpy::PyArray2;
 use pyo3::prelude::*;
 
-use crate::arrays::{Faces, Points, point_array, points, row_array, surface};
-use crate::error::unreadable;
+use crate::arrays::{Faces, Points, corners, point_array, points, row_array, surface};
+use crate::error::{refused, unreadable};
 
 /// Vertices and faces of a mesh.
 type Mesh<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<u32>>);
@@ -32,8 +32,10 @@ pub(crate) fn write_mesh(
         let shown = path.display();
         return Err(unreadable(format!("{shown}: expected .ply, .obj, .stl or .vtp")));
     };
-    let positions = points(&vertices)?;
-    let surface = surface("the mesh", positions.len(), &faces)?;
-    let written = py.detach(|| fs::write(&path, format.encode(positions, surface.faces())));
-    written.map_err(|error| unreadable(format!("{}: {error}", path.display())))
+    let (positions, corners) = (points(&vertices)?, corners(&faces)?);
+    py.detach(|| {
+        let surface = surface("the mesh", positions.len(), corners).map_err(refused)?;
+        let written = fs::write(&path, format.encode(positions, surface.faces()));
+        written.map_err(|error| unreadable(format!("{}: {error}", path.display())))
+    })
 }

@@ -5,8 +5,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::{array, point_array};
-use crate::call::{Call, count};
-use crate::error::refused;
+use crate::call::{Call, count, short};
 use crate::exclusive::Exclusive;
 use crate::record::dict;
 use crate::scene::Scene;
@@ -120,8 +119,7 @@ impl Plan {
         let State { plan, detection } = &mut *state;
         let library = &mut held.scene;
         let params = musculo_collide::RespondParams { clearance, ..Default::default() };
-        let responded = py.detach(|| plan.respond(library, detection, &params));
-        responded.map(|_| ()).map_err(refused)
+        short(py, || plan.respond(library, detection, &params).map(|_| ()))
     }
 }
 

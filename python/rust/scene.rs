@@ -4,15 +4,15 @@ use std::sync::MutexGuard;
 
 use musculo_collide::ccd::CcdParams;
 use musculo_collide::{
-    BodyId, BodyKind, BodyStiffness, CheckParams, Conditions, FixedVertices, JointContactParams, PairId, PathMove,
-    ResolveParams, Resolver, Tie,
+    BodyId, BodyKind, BodyStiffness, CheckParams, Conditions, FixedVertices, JointContactParams,
+    PairId, PathMove, ResolveParams, Resolver, Tie,
 };
 use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::arrays::{Faces, Points, point_array, points, row_array, surface};
-use crate::call::{Call, count};
+use crate::arrays::{Faces, Points, corners, point_array, points, row_array, surface};
+use crate::call::{Call, count, short};
 use crate::error::refused;
 use crate::exclusive::Exclusive;
 use crate::joint::{self, Cartilage};
@@ -53,17 +53,27 @@ impl Scene {
     }
 
     /// Adds a body of kind "rigid", "deformable" or "open".
-    fn _add(&self, name: &str, kind: &str, vertices: Points<'_>, faces: Faces<'_>) -> PyResult<()> {
+    fn _add(
+        &self,
+        py: Python<'_>,
+        name: &str,
+        kind: &str,
+        vertices: Points<'_>,
+        faces: Faces<'_>,
+    ) -> PyResult<()> {
         let mut held = self.hold()?;
         let kind = match kind {
             "rigid" => BodyKind::Rigid,
             "open" => BodyKind::Open,
             _ => BodyKind::Deformable,
         };
-        let positions = points(&vertices)?.to_vec();
-        let surface = surface(&format!("body {name:?}"), positions.len(), &faces)?;
-        held.scene.add(name, kind, surface, positions).map_err(refused)?;
-        Ok(())
+        let (x, corners) = (points(&vertices)?, corners(&faces)?);
+        let scene = &mut held.scene;
+        short(py, || {
+            let surface = surface(&format!("body {name:?}"), x.len(), corners)?;
+            let added = scene.add(name, kind, surface, x.to_vec());
+            added.map(|_| ()).map_err(|error| error.to_string())
+        })
     }
 
     /// Returns the names of all bodies, in the order they were added.
@@ -91,16 +101,18 @@ impl Scene {
         Ok(row_array(py, held.scene.body(held.find(name)?).surface().faces()))
     }
 
-    fn _move(&self, name: &str, vertices: Points<'_>) -> PyResult<()> {
+    fn _move(&self, py: Python<'_>, name: &str, vertices: Points<'_>) -> PyResult<()> {
         let mut held = self.hold()?;
-        let body = held.find(name)?;
-        held.scene.move_body(body, points(&vertices)?).map_err(refused)
+        let (body, x) = (held.find(name)?, points(&vertices)?);
+        let scene = &mut held.scene;
+        short(py, || scene.move_body(body, x))
     }
 
-    fn _pose(&self, name: &str, placement: Placement) -> PyResult<()> {
+    fn _pose(&self, py: Python<'_>, name: &str, placement: Placement) -> PyResult<()> {
         let mut held = self.hold()?;
         let body = held.find(name)?;
-        held.scene.pose_body(body, &placement.pose()).map_err(refused)
+        let scene = &mut held.scene;
+        short(py, || scene.pose_body(body, &placement.pose()))
     }
 
     /// Returns the numbers of a body's particles: the first, and the one after the last.
@@ -283,7 +295,16 @@ impl Bodies {
 
 impl ResolveSettings {
     fn params(&self) -> PyResult<ResolveParams> {
-        let &Self(smoothing, tolerance, gap, rounds, volume_change, strain, displacement, keep_going) = self;
+        let &Self(
+            smoothing,
+            tolerance,
+            gap,
+            rounds,
+            volume_change,
+            strain,
+            displacement,
+            keep_going,
+        ) = self;
         let default = ResolveParams::with_smoothing(smoothing);
         Ok(ResolveParams {
             tolerance: tolerance.unwrap_or(default.tolerance),

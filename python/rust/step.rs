@@ -17,7 +17,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays::{States, borrowed, numbers, vectors};
-use crate::call::{Call, count};
+use crate::call::{Call, count, short};
 use crate::error::refused;
 use crate::exclusive::Exclusive;
 use crate::field::Field;
@@ -159,6 +159,7 @@ impl Step {
     /// Places a bone, and sets its velocities there.
     fn move_bone(
         &self,
+        py: Python<'_>,
         name: &str,
         placement: Placement,
         velocity: [f64; 3],
@@ -169,8 +170,8 @@ impl Step {
         let bone = held.find(name)?;
         let [velocity, spin, about] = [velocity, spin, about].map(DVec3::from_array);
         let motion = RigidMotion { about, velocity, spin, ..RigidMotion::default() };
-        let moved = state.step.move_bone(&mut held.scene, bone, &placement.pose(), motion);
-        moved.map_err(refused)
+        let (step, scene) = (&mut state.step, &mut held.scene);
+        short(py, || step.move_bone(scene, bone, &placement.pose(), motion))
     }
 
     /// Corrects the states of all particles where they are.

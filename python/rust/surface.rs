@@ -10,8 +10,8 @@ use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::arrays::{Faces, Points, array, point_array, points, row_array, surface};
-use crate::call::Call;
+use crate::arrays::{Faces, Points, array, corners, point_array, points, row_array, surface};
+use crate::call::{Call, short};
 use crate::error::refused;
 use crate::record;
 
@@ -33,12 +33,14 @@ type Closest<'py> =
 impl Surface {
     #[new]
     fn new(py: Python<'_>, vertices: Points<'_>, faces: Faces<'_>) -> PyResult<Self> {
-        let positions = points(&vertices)?.to_vec();
-        let surface = surface("the surface", positions.len(), &faces)?;
-        if surface.faces().is_empty() {
+        let (x, corners) = (points(&vertices)?, corners(&faces)?);
+        if corners.is_empty() {
             return Err(refused("the surface has no faces"));
         }
-        let tree = py.detach(|| SurfaceTree::new(surface, positions)).map_err(refused)?;
+        let tree = short(py, || {
+            let surface = surface("the surface", x.len(), corners)?;
+            SurfaceTree::new(surface, x.to_vec()).map_err(|error| error.to_string())
+        })?;
         Ok(Self { tree })
     }
 

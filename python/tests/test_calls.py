@@ -68,6 +68,7 @@ LONG_CALLS = {
     "medial": "medial.generate(*muscle(100), balls=12, threads=threads)",
     "plan": "Plan(scene, tolerance=0.01, frames=10**6, threads=threads)",
     "distances": "surface.signed_distance(points, threads=threads)",
+    "query": "field.query(many_points, cubic=True, threads=threads)",
     "check of one pair": "pair.check(depth_tolerance=1e-9, threads=threads)",
     "depths of two surfaces": "Surface(*outer).depths(Surface(*inner), width=1e-9)",
     "joint": "pair.joint_contact('a', 'b', resolution=0.02, margin=1.0, threads=threads)",
@@ -96,12 +97,26 @@ surface = Surface(*muscle(80))
 points = np.random.default_rng(1).uniform(-30, 30, (300_000, 3))
 """
 
+# Some calls need more, which takes long to prepare.
+PREPARE_MORE = {
+    "query": """
+field = DistanceField.build(*sphere((0, 0, 0), 10, 40), spacing=0.25)
+many_points = np.tile(points / 3, (40, 1))
+""",
+}
+
 
 def run(script: str) -> str:
+    """Run a script after the preparation of the calls."""
+    return run_script(PREPARE + script)
+
+
+def run_script(script: str) -> str:
     """Run a script in a process of its own, beside the shapes of the tests."""
-    path = {**os.environ, "PYTHONPATH": os.path.dirname(__file__)}
-    command = [sys.executable, "-c", PREPARE + script]
-    done = subprocess.run(command, capture_output=True, text=True, env=path, timeout=120)
+    folders = [os.path.dirname(__file__), *filter(None, [os.environ.get("PYTHONPATH")])]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(folders)}
+    command = [sys.executable, "-c", script]
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=120)
     assert done.returncode == 0, done.stderr
     return done.stdout
 
@@ -110,7 +125,7 @@ def run(script: str) -> str:
 @pytest.mark.parametrize("call", LONG_CALLS)
 def test_ctrl_c_ends_a_long_call(call):
     """The call ends after a fifth of a second of one processor, however busy the machine is."""
-    answer = run(f"""
+    answer = run(PREPARE_MORE.get(call, "") + f"""
 before = {{name: scene.vertices(name) for name in scene.names}}
 for threads in (1, 2):
     sent = []
@@ -150,6 +165,7 @@ few.resolve(threads=1)
 DistanceField.build(*sphere((0, 0, 0), 10, 20), spacing=1.0, threads=1)
 medial.generate(*muscle(20), balls=6, threads=1)
 surface.signed_distance(points[:5000], threads=1)
+DistanceField.build(*sphere((0, 0, 0), 10, 20), spacing=1.0, threads=1).query(points, threads=1)
 print(len(os.listdir("/proc/self/task")), flush=True)
 """)
     alone = run('print(len(os.listdir("/proc/self/task")))')
@@ -178,6 +194,26 @@ def test_the_lock_is_released_and_a_second_thread_is_refused():
     scene.resolve(threads=2, progress=beat)
     other.join()
     assert not beats or errors, "while one thread resolves, the other cannot check"
+
+
+def test_the_lock_is_released_while_bodies_are_added():
+    """Another thread gets the lock once or twice between two bodies, and more often within one."""
+    vertices, faces = sphere((0, 0, 0), 10, 200)
+    corners = faces.astype(np.int64)
+    beats, is_done = [], threading.Event()
+
+    def beat() -> None:
+        while not is_done.wait(0.001):
+            beats.append(time.perf_counter())
+
+    other = threading.Thread(target=beat)
+    other.start()
+    scene = Scene()
+    for number in range(20):
+        scene._add(str(number), "rigid", vertices, corners)
+    is_done.set()
+    other.join()
+    assert len(beats) > 3 * 20
 
 
 def test_two_threads_compute_at_the_same_time():
@@ -242,6 +278,11 @@ def test_points_of_a_query_are_read_where_they_are():
     view = points[::2]
     assert not np.shares_memory(_arrays.points(view, "points"), points)
     assert np.array_equal(field.query(points)[::2], field.query(view))
+    many = np.tile(points, (600, 1))
+    for cubic in (False, True):
+        expected = field.query_with_gradients(points, cubic=cubic)
+        for found, part in zip(field.query_with_gradients(many, cubic=cubic), expected):
+            assert len(found) == len(many) and np.array_equal(found[-1000:], part) and np.array_equal(found[:1000], part)
     frozen = points.copy()
     frozen.flags.writeable = False
     assert np.array_equal(field.query(frozen), field.query(points))

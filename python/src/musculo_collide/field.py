@@ -79,20 +79,28 @@ class DistanceField:
         """Write the field as NRRD or VTI, by the path's extension."""
         self._native.write(_checks.path(path))
 
-    def query(self, points: npt.ArrayLike, *, cubic: bool = False) -> npt.NDArray[np.float64]:
+    def query(
+        self, points: npt.ArrayLike, *, cubic: bool = False, threads: int | None = None
+    ) -> npt.NDArray[np.float64]:
         """Return the signed distances of points (n × 3), infinite outside the grid.
 
         An array of float64 in row order is read where it is.
         """
-        return self._native.query(_arrays.points(points, "points"), cubic, False)[0]
+        return self._query(points, cubic, False, threads)[0]
 
     def query_with_gradients(
-        self, points: npt.ArrayLike, *, cubic: bool = False
+        self, points: npt.ArrayLike, *, cubic: bool = False, threads: int | None = None
     ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
         """Return signed distances (n) and their gradients (n × 3)."""
-        distances, gradients = self._native.query(_arrays.points(points, "points"), cubic, True)
+        distances, gradients = self._query(points, cubic, True, threads)
         assert gradients is not None
         return distances, gradients
+
+    def _query(
+        self, points: npt.ArrayLike, cubic: bool, gradients: bool, threads: int | None
+    ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64] | None]:
+        x = _arrays.points(points, "points")
+        return self._native.query(x, bool(cubic), gradients, _checks.threads(threads))
 
     def values(self) -> npt.NDArray[np.float32]:
         """Return a copy of the values at the nodes, with the axes (z, y, x)."""
