@@ -1,12 +1,13 @@
 """Results as values: equal, pickled, as dictionaries, tables and HTML."""
 
+import copy
 import pickle
 
 import numpy as np
 import pytest
 from conftest import box, sphere
 
-from musculo_collide import Cartilage, Plan, Scene, Surface, medial
+from musculo_collide import Cartilage, ContactStep, DistanceField, Plan, Scene, Surface, from_trimesh, medial
 from musculo_collide.results import Pairs, Record
 
 
@@ -18,6 +19,9 @@ def results(two_boxes):
     joint = two_boxes.joint_contact("a", "b", resolution=1.0, cartilage=layer)
     (detected,) = Plan(two_boxes, tolerance=0.1).detect()
     planned = Plan(two_boxes, tolerance=0.1).pairs[0]
+    ball = sphere((0, 0, 0), 10, 24)
+    x = two_boxes.particle_positions()
+    step = ContactStep(two_boxes, margin=0.5).correct(x, np.zeros_like(x), h=0.01)
     resolution = two_boxes.resolve()
     return [
         pairs,
@@ -35,7 +39,12 @@ def results(two_boxes):
         planned,
         resolution,
         resolution.bodies[1],
-        medial.generate(*sphere((0, 0, 0), 10, 24), balls=4),
+        medial.generate(*ball, balls=4),
+        DistanceField.build(*ball, spacing=1.0).measured_error,
+        Surface(*ball).closest_points(ball.vertices + 0.1),
+        Surface(*ball).depths(Surface(*box((-1, -1, 5), (1, 1, 8))))[1],
+        from_trimesh(ball),
+        step,
     ]
 
 
@@ -50,7 +59,8 @@ def plain(value):
 def test_results_are_values_and_have_a_table_and_html(results):
     for result in results:
         kind = type(result).__name__
-        assert pickle.loads(pickle.dumps(result)) == result, kind
+        for again in (pickle.loads(pickle.dumps(result)), copy.copy(result), copy.deepcopy(result)):
+            assert type(again) is type(result) and again == result and not again != result, kind
         assert len(repr(result)) > 10 and result._repr_html_().startswith("<table>"), kind
         if isinstance(result, Record):
             assert set(result.to_dict()) == set(vars(result)), kind
@@ -78,6 +88,20 @@ def test_frames_take_tables_as_they_are(results, package):
         table = result.to_table()
         frame = module.DataFrame(table)
         assert frame.shape == (len(next(iter(table.values()))), len(table))
+
+
+def test_tuples_of_arrays_are_values_and_unpacked():
+    mesh = box((0, 0, 0), (1, 2, 3))
+    vertices, faces = mesh
+    assert mesh == box((0, 0, 0), (1, 2, 3)) and mesh != box((0, 0, 0), (1, 2, 4)) and mesh != (vertices, faces)
+    assert list(mesh.to_dict()) == ["vertices", "faces"] and mesh.to_dict()["faces"] is faces
+    assert list(mesh.to_table()["z"]) == list(vertices[:, 2])
+    found = Surface(*mesh).closest_points([[0.5, 0.5, 4.0], [3.0, 1.0, 1.0]])
+    assert list(found.to_table()) == ["points.x", "points.y", "points.z", "faces", "distances"]
+    assert list(found.to_table()["distances"]) == [1.0, 2.0]
+    assert repr(mesh).startswith("Mesh(vertices=array(") and "8 × 3" in mesh._repr_html_()
+    with pytest.raises(TypeError, match="unhashable"):
+        hash(mesh)
 
 
 def test_tables_have_a_row_per_thing(results):

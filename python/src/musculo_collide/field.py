@@ -10,10 +10,11 @@ import numpy.typing as npt
 
 from . import _arrays, _checks, _native
 from ._checks import Progress
+from ._record import Record
 
 
-@dataclass(frozen=True)
-class MeasuredError:
+@dataclass(frozen=True, eq=False)
+class MeasuredError(Record):
     """Difference from exact distances at sample points; elsewhere it may be larger."""
 
     points: int

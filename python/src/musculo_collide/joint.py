@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _checks
-from .results import Record, Vector
+from ._record import Record, Vector
 
 
 @dataclass(frozen=True)

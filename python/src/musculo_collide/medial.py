@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from . import _arrays, _checks, _native
 from ._checks import Progress
-from .results import Record, Table
+from ._record import Record, Table
 
 
 @dataclass(frozen=True, eq=False, repr=False)

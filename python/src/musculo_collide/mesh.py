@@ -10,18 +10,28 @@ import numpy.typing as npt
 
 from . import _arrays, _checks, _native
 from ._errors import InputTypeError
+from ._record import ArrayTuple, Table
 
 if TYPE_CHECKING:
     import trimesh
 
 
-class Mesh(NamedTuple):
-    """Triangle mesh."""
-
+class _Mesh(NamedTuple):
     vertices: npt.NDArray[np.float64]
     """Positions (n × 3)."""
     faces: npt.NDArray[np.uint32]
     """Numbers of the corners (m × 3)."""
+
+
+class Mesh(ArrayTuple, _Mesh):
+    """Triangle mesh."""
+
+    __slots__ = ()
+
+    def to_table(self) -> Table:
+        """Return columns with one row per vertex."""
+        x, y, z = self.vertices.T
+        return {"x": x, "y": y, "z": z}
 
 
 def read_mesh(path: str | os.PathLike[str]) -> Mesh:

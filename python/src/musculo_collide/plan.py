@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from . import _checks, _native
 from ._checks import Progress
-from .results import Record
+from ._record import Record
 from .scene import Scene
 
 
@@ -21,7 +21,7 @@ class PlannedPair(Record):
     a: str
     b: str
     method: str
-    """``exact``, ``coarse``, ``field`` or ``medial``."""
+    """``exact``, ``coarse`` or ``field``."""
     bound: float
     """Error of the depth that is not exceeded."""
     measured_error: float | None

@@ -5,7 +5,6 @@ Each prints what a person wants to know, compares by value, can be pickled, and 
 
 from __future__ import annotations
 
-import dataclasses
 import html
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -14,97 +13,7 @@ from typing import Any, overload
 import numpy as np
 import numpy.typing as npt
 
-Vector = tuple[float, float, float]
-Table = dict[str, npt.NDArray[Any]]
-
-PARTS = {"covers_twice": ("a", "b"), "inside_vertices": ("a", "b"), "self_crossings": ("before", "after")}
-"""Names of two values in a table that are not a lower and an upper bound."""
-
-
-class Record:
-    """Base of the results."""
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return names and values; nested results are dictionaries, arrays stay arrays."""
-        return {field.name: _plain(getattr(self, field.name)) for field in dataclasses.fields(self)}  # type: ignore[arg-type]
-
-    def to_table(self) -> Table:
-        """Return columns that ``pandas.DataFrame`` or ``polars.DataFrame`` take as they are.
-
-        There is one row per entry of the result's arrays, or one row of its numbers where it has none.
-        What is undefined is NaN.
-        """
-        arrays = {name: value for name, value in vars(self).items() if isinstance(value, np.ndarray)}
-        return _columns(arrays) if arrays else table([self])
-
-    def _repr_html_(self) -> str:
-        rows = [f"<tr><th>{name}</th><td>{html.escape(_cell(value))}</td></tr>" for name, value in _numbers(self).items()]
-        return f"<table><caption>{html.escape(type(self).__name__)}</caption><tbody>{''.join(rows)}</tbody></table>"
-
-    def __eq__(self, other: object) -> bool:
-        if type(self) is not type(other):
-            return NotImplemented
-        names = [field.name for field in dataclasses.fields(self)]  # type: ignore[arg-type]
-        return all(_same(getattr(self, name), getattr(other, name)) for name in names)
-
-    __hash__ = None  # type: ignore[assignment]
-
-
-def table(records: Sequence[Record]) -> Table:
-    """Return columns with one row per record, of its names and numbers."""
-    rows = [_numbers(record) for record in records]
-    columns = dict.fromkeys(name for row in rows for name in row)
-    return {name: _column([row.get(name) for row in rows]) for name in columns}
-
-
-def _column(values: list[Any]) -> npt.NDArray[Any]:
-    """Return a column; numbers that are missing are NaN, and words empty."""
-    known = [value for value in values if value is not None]
-    if known and all(isinstance(value, str) for value in known):
-        return np.array([value or "" for value in values], dtype=str)
-    if len(known) == len(values):
-        return np.array(values)
-    return np.array([_value(value) for value in values], dtype=np.float64)
-
-
-def _columns(arrays: dict[str, npt.NDArray[Any]]) -> Table:
-    """Return arrays as columns, vectors as three of them."""
-    columns: Table = {}
-    for name, array in arrays.items():
-        if array.ndim == 1:
-            columns[name] = array
-        else:
-            axes = "xyz" if array.shape[1] == 3 else range(array.shape[1])
-            columns |= {f"{name}.{axis}": array[:, i] for i, axis in enumerate(axes)}
-    return columns
-
-
-def _numbers(record: Record) -> dict[str, Any]:
-    """Return the names and numbers of a record, those of nested records by dotted names."""
-    found: dict[str, Any] = {}
-    for name, value in vars(record).items():
-        if isinstance(value, Record):
-            found |= {f"{name}.{inner}": number for inner, number in _numbers(value).items()}
-        elif isinstance(value, tuple) and len(value) in (2, 3) and all(isinstance(x, (int, float)) for x in value):
-            axes = PARTS.get(name, ("lower", "upper")) if len(value) == 2 else ("x", "y", "z")
-            found |= {f"{name}.{axis}": number for axis, number in zip(axes, value)}
-        elif value is None or isinstance(value, (bool, int, float, str)):
-            found[name] = value
-    return found
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, (Record, Pairs)):
-        return value.to_dict()
-    if isinstance(value, tuple) and value and isinstance(value[0], Record):
-        return [item.to_dict() for item in value]
-    return value
-
-
-def _same(a: Any, b: Any) -> bool:
-    if isinstance(a, np.ndarray):
-        return isinstance(b, np.ndarray) and a.dtype == b.dtype and np.array_equal(a, b)
-    return bool(a == b)
+from ._record import Record, Table, Vector, cell, number_or_nan, shown, table
 
 
 @dataclass(frozen=True, eq=False)
@@ -243,12 +152,12 @@ class Pair(Record):
     def summary(self) -> str:
         """Return a line on what the pair has in common."""
         if not self.overlaps:
-            return "touching" if self.distance == 0.0 else f"apart by {_number(self.distance)}"
+            return "touching" if self.distance == 0.0 else f"apart by {shown(self.distance)}"
         parts = ["overlap"]
         if self.depth:
-            parts.append(f"depth {_number(self.depth[0])}")
+            parts.append(f"depth {shown(self.depth[0])}")
         if self.volume is not None:
-            parts.append(f"volume {_number(self.volume)}")
+            parts.append(f"volume {shown(self.volume)}")
         return ", ".join(parts)
 
     def numbers(self) -> dict[str, float]:
@@ -360,7 +269,7 @@ class Pairs(Sequence[Pair]):
         return {
             "subject": np.array([subject] * count, dtype=str),
             "frame": np.full(count, frame),
-            "time": np.full(count, _value(time)),
+            "time": np.full(count, number_or_nan(time)),
             "a": np.array([row[0] for row in rows], dtype=str),
             "b": np.array([row[1] for row in rows], dtype=str),
             "measure": np.array([row[2] for row in rows], dtype=str),
@@ -377,7 +286,7 @@ class Pairs(Sequence[Pair]):
         head = "".join(f"<th>{name}</th>" for name in table)
         rows = []
         for values in zip(*table.values()):
-            cells = "".join(f"<td>{html.escape(_cell(value))}</td>" for value in values)
+            cells = "".join(f"<td>{html.escape(cell(value))}</td>" for value in values)
             rows.append(f"<tr>{cells}</tr>")
         return f"<table><thead><tr>{head}</tr></thead><tbody>{''.join(rows)}</tbody></table>"
 
@@ -390,30 +299,16 @@ def _row(pair: Pair | None) -> dict[str, Any]:
         "a": pair.a if pair else "",
         "b": pair.b if pair else "",
         "overlaps": bool(pair and pair.overlaps),
-        "volume": _value(total.volume if total else None),
-        "depth_lower": _value(depth[0] if depth else None),
-        "depth_upper": _value(depth[1] if depth else None),
-        "area_of_a_inside_b": _value(total.area_of_a_inside_b if total else None),
-        "area_of_b_inside_a": _value(total.area_of_b_inside_a if total else None),
-        "curve_length": _value(total.curve_length if total else None),
-        "distance": _value(pair.distance if pair else None),
+        "volume": number_or_nan(total.volume if total else None),
+        "depth_lower": number_or_nan(depth[0] if depth else None),
+        "depth_upper": number_or_nan(depth[1] if depth else None),
+        "area_of_a_inside_b": number_or_nan(total.area_of_a_inside_b if total else None),
+        "area_of_b_inside_a": number_or_nan(total.area_of_b_inside_a if total else None),
+        "curve_length": number_or_nan(total.curve_length if total else None),
+        "distance": number_or_nan(pair.distance if pair else None),
         "max_vertex_depth": pair.max_vertex_depth if pair else 0.0,
         "crossing_face_pairs": len(pair.crossing_faces) if pair else 0,
     }
-
-
-def _value(value: float | None) -> float:
-    return float("nan") if value is None else value
-
-
-def _number(value: float | None) -> str:
-    return "unknown" if value is None else f"{value:.4g}"
-
-
-def _cell(value: Any) -> str:
-    if value is None:
-        return ""
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
 @dataclass(frozen=True, eq=False)
@@ -566,51 +461,3 @@ class Resolution(Record):
         before, after = len(self.before.overlapping), len(self.after.overlapping)
         state = "resolved" if self.resolved else "not resolved"
         return f"<Resolution: {state}, {before} overlapping pairs before, {after} after {self.rounds} rounds>"
-
-
-def overlap_from(record: dict[str, Any]) -> Overlap:
-    """Return the overlap of a native record."""
-    overlap = dict(record)
-    overlap["total"] = Measures(**overlap["total"])
-    overlap["regions"] = tuple(Measures(**region) for region in overlap["regions"])
-    overlap["no_inside"] = tuple(overlap["no_inside"])
-    overlap["covers_twice"] = tuple(overlap["covers_twice"])
-    return Overlap(**overlap)
-
-
-def pair_from(record: dict[str, Any]) -> Pair:
-    """Return the pair of a native record."""
-    record = dict(record)
-    if record["overlap"] is not None:
-        record["overlap"] = overlap_from(record["overlap"])
-    for key in ("depth_of_a_in_b", "depth_of_b_in_a"):
-        record[key] = Depth(**record[key]) if record[key] is not None else None
-    for key in ("vertices_of_a", "vertices_of_b"):
-        record[key] = NearVertices(**record[key])
-    return Pair(**record)
-
-
-def pairs_from(records: Sequence[dict[str, Any]]) -> Pairs:
-    """Return the pairs of native records."""
-    return Pairs([pair_from(record) for record in records])
-
-
-def sweep_from(record: dict[str, Any]) -> Sweep:
-    """Return the step of a native record."""
-    pairs = [
-        SweptPair(pair["a"], pair["b"], SweptContacts(**pair["contacts"])) for pair in record["pairs"]
-    ]
-    return Sweep(record["largest_free_step"], record["candidates"], tuple(pairs))
-
-
-def resolution_from(record: dict[str, Any]) -> Resolution:
-    """Return the resolution of a native record."""
-    record = dict(record)
-    record["before"] = pairs_from(record["before"])
-    record["after"] = pairs_from(record["after"])
-    record["bodies"] = tuple(BodyChange(**body) for body in record["bodies"])
-    record["remaining"] = tuple(Remaining(**left) for left in record["remaining"])
-    record["broken_limits"] = tuple(BrokenLimit(**broken) for broken in record["broken_limits"])
-    record["self_overlaps"] = tuple(record["self_overlaps"])
-    record["short_gaps"] = tuple(ShortGap(**short) for short in record["short_gaps"])
-    return Resolution(**record)

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from . import _arrays, _checks, _native, motion, results
+from . import _arrays, _checks, _from_native, _native, motion, results
 from ._checks import Progress
 from ._errors import InputError
 from .joint import Cartilage, JointContact, surface_contact_from
@@ -114,7 +114,7 @@ class Scene(_native.Scene):
             _checks.threads(threads),
             _checks.progress(progress),
         )
-        return results.pairs_from(found)
+        return _from_native.pairs_from(found)
 
     def sweep(
         self,
@@ -232,7 +232,7 @@ class Scene(_native.Scene):
             bool(keep_going),
         )
         found = self._resolve(settings, (held, tied, factors, _checks.names(uncross, "uncross")), number, observer)
-        return results.resolution_from(found)
+        return _from_native.resolution_from(found)
 
     def _swept(
         self,
@@ -246,7 +246,7 @@ class Scene(_native.Scene):
         ways = motion.native(_checks.mapping(moves, "moves"), _checks.mapping(centers or {}, "centers"))
         gap = _checks.number(separation, "separation")
         found = self._sweep(ways, first_of_pairs, gap, _checks.threads(threads), _checks.progress(progress))
-        return results.sweep_from(found)
+        return _from_native.sweep_from(found)
 
     def _smoothing(self, threads: int | None) -> float:
         """Return the default smoothing length: the depth of the deepest vertex, and some edges."""

@@ -13,7 +13,7 @@ from ._checks import Progress
 from ._errors import InputError, InputTypeError
 from .field import DistanceField
 from .motion import vector, placement
-from .results import Record, Vector
+from ._record import Record, Vector
 from .scene import Scene
 
 States = npt.NDArray[np.float64]

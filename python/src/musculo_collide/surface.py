@@ -8,18 +8,24 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _arrays, _checks, _native
-from .results import Depth, Overlap, overlap_from
+from ._from_native import overlap_from
+from ._record import ArrayTuple
+from .results import Depth, Overlap
 
 
-class ClosestPoints(NamedTuple):
-    """Closest points of a surface, one for each point that was asked for."""
-
+class _ClosestPoints(NamedTuple):
     points: npt.NDArray[np.float64]
     """The closest points (n × 3)."""
     faces: npt.NDArray[np.uint32]
     """Faces that hold them (n); of several the one of the lowest number."""
     distances: npt.NDArray[np.float64]
     """Distances to the points asked for (n)."""
+
+
+class ClosestPoints(ArrayTuple, _ClosestPoints):
+    """Closest points of a surface, one for each point that was asked for."""
+
+    __slots__ = ()
 
 
 class Surface:
