@@ -129,7 +129,7 @@ fn method_name(method: DetectionMethod) -> &'static str {
         DetectionMethod::Exact => "exact",
         DetectionMethod::Coarse => "coarse",
         DetectionMethod::Field => "field",
-        DetectionMethod::Medial => "medial",
+        DetectionMethod::Balls => "balls",
         _ => "other",
     }
 }

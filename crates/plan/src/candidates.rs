@@ -81,7 +81,7 @@ impl NearPair {
             Some(method @ DetectionMethod::Field) if bone.is_none() => {
                 Err(unsuitable(scene, pair, method, ExclusionReason::NoBone))
             }
-            Some(method @ DetectionMethod::Medial) if are_rigid(scene, pair) => {
+            Some(method @ DetectionMethod::Balls) if are_rigid(scene, pair) => {
                 Err(unsuitable(scene, pair, method, ExclusionReason::BothRigid))
             }
             _ => Ok(Self { pair, forced, bone }),

@@ -109,7 +109,7 @@ impl Candidate {
             DetectionMethod::Field if self.bone == Some(bodies[side]) => {
                 tree.with(StructureSet::of(StructureKind::Field))
             }
-            DetectionMethod::Medial => tree.with(StructureSet::of(StructureKind::Medial)),
+            DetectionMethod::Balls => tree.with(StructureSet::of(StructureKind::Medial)),
             _ => tree,
         })
     }

@@ -8,7 +8,7 @@ use medial::MedialError;
 
 /// Method by which a pair of bodies is detected.
 ///
-/// By every method but [`Medial`](Self::Medial), no overlap deeper than the pair's bound goes
+/// By every method but [`Balls`](Self::Balls), no overlap deeper than the pair's bound goes
 /// unseen: whatever a method leaves out is counted in its bound.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -33,7 +33,7 @@ pub enum DetectionMethod {
     ///
     /// Used only where it is forced. It serves depths across the whole of a thin muscle, with
     /// normals that do not jump.
-    Medial,
+    Balls,
 }
 
 /// Structure that a body may be given for detection.
@@ -96,7 +96,7 @@ impl fmt::Display for DetectionMethod {
             Self::Exact => "exact",
             Self::Coarse => "coarse",
             Self::Field => "field",
-            Self::Medial => "balls",
+            Self::Balls => "balls",
         })
     }
 }

@@ -79,7 +79,7 @@ impl PairDetector {
             (DetectionMethod::Field, Some(bone)) => {
                 self.detect_by_field(bone, planned.other(bone), frame)?;
             }
-            (DetectionMethod::Medial, _) => self.detect_by_balls(planned.pair, frame),
+            (DetectionMethod::Balls, _) => self.detect_by_balls(planned.pair, frame),
             _ if frame.structures.are_apart(planned.pair, frame.margin) => {}
             _ => {
                 let is_coarse =

@@ -307,7 +307,7 @@ impl<'a> Planner<'a> {
                 DetectionMethod::Exact => false,
                 DetectionMethod::Coarse => is_coarse == [false; 2],
                 DetectionMethod::Field => bone.is_some_and(|id| !can(id, StructureKind::Field)),
-                DetectionMethod::Medial => bodies.iter().any(|&id| !can(id, StructureKind::Medial)),
+                DetectionMethod::Balls => bodies.iter().any(|&id| !can(id, StructureKind::Medial)),
             };
             if lacks_structure {
                 let missing = self.missing.iter().find(|missing| pair.contains(missing.body));

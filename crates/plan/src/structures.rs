@@ -216,7 +216,7 @@ impl Structures {
                 let accuracy = field.field_accuracy();
                 Accuracy { bound: accuracy.bound.max(tolerance), ..accuracy }
             }
-            DetectionMethod::Medial => {
+            DetectionMethod::Balls => {
                 let bound = a.medial_accuracy().bound.max(b.medial_accuracy().bound);
                 Accuracy { is_proved: false, ..Accuracy::proved(bound) }
             }

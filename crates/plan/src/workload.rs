@@ -86,7 +86,7 @@ impl Workload {
                 let field_vertices = self.near[usize::from(bone == Some(pair.a))];
                 OperationCounts { field_vertices, ..self.exact }
             }
-            DetectionMethod::Medial => OperationCounts {
+            DetectionMethod::Balls => OperationCounts {
                 ball_vertices: self.vertices[0] + self.vertices[1],
                 ..OperationCounts::default()
             },

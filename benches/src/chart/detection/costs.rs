@@ -51,7 +51,7 @@ const TOLERANCES: [(DetectionMethod, &[f64]); 4] = [
     (DetectionMethod::Exact, &[2.0, 0.5, 0.1]),
     (DetectionMethod::Coarse, &[2.0, 0.5, 0.1]),
     (DetectionMethod::Field, &[2.0, 1.0, 0.5]),
-    (DetectionMethod::Medial, &[2.0]),
+    (DetectionMethod::Balls, &[2.0]),
 ];
 
 /// Scene in which plans by fields and balls are timed.

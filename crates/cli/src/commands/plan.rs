@@ -98,7 +98,7 @@ impl FromStr for ForcedPair {
             "exact" => DetectionMethod::Exact,
             "coarse" => DetectionMethod::Coarse,
             "field" => DetectionMethod::Field,
-            "balls" => DetectionMethod::Medial,
+            "balls" => DetectionMethod::Balls,
             other => {
                 return Err(format!(
                     "unknown method {other:?}: expected exact, coarse, field or balls"

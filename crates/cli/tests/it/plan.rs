@@ -2,8 +2,10 @@
 
 use std::path::PathBuf;
 
+use fixtures::shapes::icosphere;
+
 use crate::motion::{gait, thigh_scene};
-use crate::support::{Workshop, tetrahedron};
+use crate::support::{Workshop, obj, tetrahedron};
 
 fn workshop() -> Workshop {
     let workshop = Workshop::new();
@@ -88,6 +90,25 @@ fn a_method_can_be_forced_and_is_refused_where_it_cannot_serve() {
         let refused = run(force);
         assert_eq!(refused.status, 2, "{force}: {}", refused.stdout);
         assert!(refused.stderr.contains(part), "{part}: {}", refused.stderr);
+    }
+}
+
+#[test]
+fn a_method_has_one_name_in_what_is_given_printed_and_written() {
+    let workshop = Workshop::new();
+    workshop.write("bone.obj", obj(&icosphere(5.0, 2)));
+    workshop.write("muscle.obj", obj(&icosphere(6.0, 2)));
+    let base = ["bone.obj", "muscle.obj", "--rigid", "bone", "--tolerance", "2"];
+    for method in ["exact", "coarse", "field", "balls"] {
+        let force = format!("bone,muscle,{method}");
+        let json = ["--force", &force, "--json", "plan.json"];
+        let run = workshop.run("plan", &[&base[..], &json].concat());
+        assert_eq!(run.status, 1, "{}", run.stderr);
+        let line = format!("bone    muscle  {method}");
+        assert!(run.stdout.contains(&line), "{}", run.stdout);
+        let document: serde_json::Value =
+            serde_json::from_str(&workshop.read("plan.json")).expect("JSON");
+        assert_eq!(document["pairs"][0]["method"], method);
     }
 }
 

@@ -68,7 +68,7 @@ fn assert_within_bound(
 
             let detection = detect(&mut plan, &mut scene);
             let found = detection.pair(pair).expect(&label);
-            if method == Some(DetectionMethod::Medial) {
+            if method == Some(DetectionMethod::Balls) {
                 assert_ne!(found.state, PairState::Apart, "{label}: {found:?}");
                 assert!(found.depth.upper >= exact.lower, "{label}: {found:?}");
                 continue;
@@ -88,7 +88,7 @@ const ALL: [Option<DetectionMethod>; 5] = [
     Some(DetectionMethod::Exact),
     Some(DetectionMethod::Coarse),
     Some(DetectionMethod::Field),
-    Some(DetectionMethod::Medial),
+    Some(DetectionMethod::Balls),
 ];
 
 /// Methods by surfaces, which take no field and no balls to build.
@@ -212,7 +212,7 @@ fn balls_that_see_nothing_are_undecided() {
     // The rod enters the face beside all vertices of the muscle, and has no ball in the way of its
     // own vertices only if these are asked: moved away, the boxes alone decide.
     let (mut scene, pair) = scene(&shapes::icosphere(5.0, 3), &shapes::icosphere(25.0, 3));
-    let mut plan = plan(&mut scene, pair, Some(DetectionMethod::Medial), 0.5);
+    let mut plan = plan(&mut scene, pair, Some(DetectionMethod::Balls), 0.5);
     let shift = |scene: &mut Scene, by: f64| {
         let ball = shapes::icosphere(25.0, 3).translated(DVec3::splat(by));
         scene.move_body(pair.b, &ball.positions).expect("a move");

@@ -183,7 +183,7 @@ fn balls_serve_where_they_are_forced() {
     let (mut scene, [bone, first, second]) = three_of(2);
     let forced = [bone, second].map(|other| ForcedMethod {
         pair: PairId::new(first, other),
-        method: DetectionMethod::Medial,
+        method: DetectionMethod::Balls,
     });
     let params = PlanParams { max_displacement: f64::INFINITY, ..PlanParams::with_tolerance(1.5) };
     let plan = Plan::with_forced(&mut scene, &params, &forced, Progress::none());
@@ -200,7 +200,7 @@ fn balls_serve_where_they_are_forced() {
             shift(&mut scene, id, -shift_by);
         }
         let detection = detect(&mut plan, &mut scene);
-        for pair in plan.pairs().iter().filter(|pair| pair.method == DetectionMethod::Medial) {
+        for pair in plan.pairs().iter().filter(|pair| pair.method == DetectionMethod::Balls) {
             let accuracy = pair.accuracy;
             assert!(accuracy.bound > 0.0 && accuracy.bound <= params.tolerance, "{pair:?}");
             assert!(!accuracy.is_proved, "{pair:?}");

@@ -47,7 +47,7 @@ fn forced_methods_that_do_not_suit_their_pair_are_refused() {
             DetectionMethod::Field,
             "method field does not suit \"first\" and \"second\"",
         ),
-        (bone, other, DetectionMethod::Medial, "both bodies are rigid"),
+        (bone, other, DetectionMethod::Balls, "both bodies are rigid"),
     ] {
         let forced = [ForcedMethod { pair: PairId::new(a, b), method }];
         let refused = Plan::with_forced(&mut scene, &params, &forced, Progress::none());
