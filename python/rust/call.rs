@@ -52,6 +52,11 @@ impl Call {
         Ok(Self { threads: Threads::new(threads)?, progress })
     }
 
+    /// Returns the number of threads.
+    pub(crate) fn thread_count(&self) -> usize {
+        self.threads.count()
+    }
+
     /// Computes without the interpreter's lock.
     ///
     /// Ctrl-C, and exceptions of the progress function, end the call with their exception.

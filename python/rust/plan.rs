@@ -1,6 +1,8 @@
 //! Plans of detection over many frames.
 
-use musculo_collide::{Detection, DetectionMethod, PairState, PlanParams};
+use std::time::Instant;
+
+use musculo_collide::{Detection, DetectionMethod, PairState, PlanParams, machine_factor};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -44,12 +46,19 @@ impl Plan {
     ) -> PyResult<Self> {
         let default = PlanParams::with_tolerance(tolerance);
         let frames = count(frames, "frames")?;
-        let params = PlanParams { margin, max_displacement, frames, ..default };
         let call = Call::new(threads, progress)?;
+        let threads = call.thread_count();
+        let params = PlanParams { margin, max_displacement, frames, threads, ..default };
         let plan = {
             let mut held = scene.get().hold()?;
             let scene = &mut held.scene;
-            call.run(py, |progress| musculo_collide::Plan::new(scene, &params, progress))?
+            call.run(py, |progress| {
+                // Predicted times are those of this machine, as in the program.
+                let start = Instant::now();
+                let machine_factor = machine_factor(|| start.elapsed());
+                let params = PlanParams { machine_factor, ..params };
+                musculo_collide::Plan::new(scene, &params, progress)
+            })?
         };
         let state = Exclusive::new(State { plan, detection: Detection::default() });
         Ok(Self { scene, state })

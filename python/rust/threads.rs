@@ -59,6 +59,15 @@ impl Threads {
         Ok(if pool.current_num_threads() == 1 { Self::Own } else { Self::Pool(pool) })
     }
 
+    /// Returns the number of threads.
+    pub(crate) fn count(&self) -> usize {
+        match self {
+            Self::Own => 1,
+            Self::All => rayon::current_num_threads(),
+            Self::Pool(pool) => pool.current_num_threads(),
+        }
+    }
+
     /// Computes on these threads; the caller's waits for the others.
     pub(crate) fn compute<T: Send>(&self, compute: impl FnOnce() -> T + Send) -> T {
         match self {

@@ -1,5 +1,7 @@
 """Plans: what they detect beside the exact answer."""
 
+import re
+
 import numpy as np
 import pytest
 from conftest import box, muscle, sphere
@@ -32,6 +34,28 @@ def test_a_bone_wholly_inside_is_seen():
     scene.add("muscle", *box((0, 0, 0), (10, 10, 10)))
     (found,) = Plan(scene, tolerance=0.2, frames=1000).detect()
     assert found.state == "overlapping" and found.depth[0] <= 4.0 <= found.depth[1]
+
+
+def predicted(plan: Plan) -> tuple[float, list[float]]:
+    """Return the predicted times that a plan prints: of a frame, and of its pairs."""
+    text = str(plan)
+    frame = float(re.search(r", ([0-9.]+) ms each by operation counts", text)[1]) / 1e3
+    pairs = [float(line.split()[-1]) / 1e6 for line in text.splitlines() if line.startswith("ball")]
+    return frame, pairs
+
+
+def test_predicted_times_are_those_that_the_plan_prints():
+    scene = Scene()
+    for number in range(4):
+        scene.add(f"ball {number}", *sphere((9 * number, 0, 0), 8, 60))
+    shares = []
+    for threads in (1, 2):
+        plan = Plan(scene, tolerance=0.01, margin=1.0, frames=1000, threads=threads)
+        frame, pairs = predicted(plan)
+        assert [pair.predicted_seconds for pair in plan.pairs] == pytest.approx(pairs[-len(plan.pairs) :], abs=1e-7)
+        shares.append(frame / sum(pair.predicted_seconds for pair in plan.pairs))
+    # Pairs are by one thread, and a frame by all of them.
+    assert shares[1] == pytest.approx(shares[0] / 2, rel=0.1)
 
 
 def test_respond_moves_soft_bodies():

@@ -27,7 +27,11 @@ class PlannedPair(Record):
     measured_error: float | None
     """Largest error at sample points, where some were measured."""
     predicted_seconds: float
-    """Predicted time of a frame."""
+    """Predicted time of the pair in a frame, by one thread of this machine.
+
+    It follows what is counted as frames are detected. Before the first one it is 0 where no method but
+    ``exact`` could have paid.
+    """
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -80,7 +84,11 @@ class Plan:
         threads: int | None = None,
         progress: Progress | None = None,
     ) -> None:
-        """Choose what costs least over ``frames`` and is proved to be within ``tolerance``."""
+        """Choose what costs least over ``frames`` and is proved to be within ``tolerance``.
+
+        Times are predicted for this machine, whose speed is measured first, over a millisecond; those of
+        a whole frame, which ``str(plan)`` begins with, for ``threads``.
+        """
         self._native = _native.Plan(
             _checks.instance(scene, Scene, "the scene"),
             _checks.number(tolerance, "tolerance"),
