@@ -36,6 +36,12 @@ def test_a_field_of_a_ball_has_its_distances(tmp_path):
         DistanceField.read(tmp_path / "missing.nrrd")
 
 
+def test_a_field_has_all_distances_unless_it_is_truncated():
+    cube, middle = box((0, 0, 0), (50, 50, 50)), [[25.0, 25.0, 25.0]]
+    assert DistanceField.build(*cube, spacing=1.0).query(middle) == pytest.approx([-25.0], abs=0.5)
+    assert DistanceField.build(*cube, spacing=1.0, truncation=15.0).query(middle) == pytest.approx([-15.0])
+
+
 def test_warnings_of_a_field_are_sentences():
     cut = box((0, 0, 0), (10, 10, 10))
     field = DistanceField.build(cut.vertices, cut.faces[1:], spacing=4.0)

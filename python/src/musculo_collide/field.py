@@ -54,8 +54,9 @@ class DistanceField:
     ) -> DistanceField:
         """Build the field of a surface.
 
-        ``padding`` is 10 spacings unless given; distances beyond ``truncation`` are stored as that,
-        and all distances are stored unless it is given.
+        ``padding`` is 10 spacings unless given. Distances beyond ``truncation`` are stored as that; unless
+        it is given, none is, and a query returns distances everywhere in the grid. A truncation of 15
+        spacings, which the program's fields have, takes two thirds of the time.
         """
         x = _arrays.points(vertices, "vertices")
         corners = _arrays.faces(faces, "faces")
