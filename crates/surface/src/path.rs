@@ -155,7 +155,7 @@ impl RigidPath {
     /// size.
     #[must_use]
     pub fn turn(center: DVec3, axis: DVec3, angle: f64) -> Self {
-        Self { center, shift: DVec3::ZERO, axis: axis.normalize(), angle }
+        Self { center, shift: DVec3::ZERO, axis: direction(axis), angle }
     }
 
     /// Returns the motion of a body at rest, about any center.
@@ -227,6 +227,14 @@ impl RigidPath {
     }
 }
 
+/// Returns the direction of a vector of any length above 0. Squares of very long and of very short
+/// vectors leave the range of numbers: these are scaled first.
+fn direction(v: DVec3) -> DVec3 {
+    let size = v.abs().max_element();
+    let is_ordinary = (1e-100..=1e100).contains(&size);
+    if is_ordinary { v.normalize() } else { (v / size).normalize() }
+}
+
 #[cfg(test)]
 mod tests {
     use std::f64::consts::PI;
@@ -243,6 +251,16 @@ mod tests {
         }
         let centripetal = 2.0 * (PI / 2.0).powi(2);
         assert!((path.bend(x) / centripetal - 1.0).abs() < 1e-13, "{}", path.bend(x));
+    }
+
+    #[test]
+    fn an_axis_has_any_length() {
+        let x = DVec3::new(3.0, 0.0, 5.0);
+        for length in [1e-320, 1e-200, 1e-160, 1e-3, 1e160, 1e300] {
+            let path = RigidPath::turn(DVec3::ZERO, length * DVec3::Z, PI / 2.0);
+            let end = path.transform_point(x, 1.0);
+            assert!(end.distance(DVec3::new(0.0, 3.0, 5.0)) < 1e-14, "{length}: {end}");
+        }
     }
 
     #[test]
