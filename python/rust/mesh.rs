@@ -34,7 +34,12 @@ pub(crate) fn write_mesh(
     };
     let (positions, corners) = (points(&vertices)?, corners(&faces)?);
     py.detach(|| {
+        // What is refused here could not be read again.
         let surface = surface("the mesh", positions.len(), corners).map_err(refused)?;
+        if surface.faces().is_empty() {
+            return Err(refused("the mesh has no faces"));
+        }
+        surface.positions(positions).map_err(|error| refused(format!("the mesh: {error}")))?;
         let written = fs::write(&path, format.encode(positions, surface.faces()));
         written.map_err(|error| unreadable(format!("{}: {error}", path.display())))
     })

@@ -9,7 +9,7 @@ use musculo_collide::{
 };
 use numpy::PyArray2;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyTuple};
 
 use crate::arrays::{Faces, Points, corners, point_array, points, row_array, surface};
 use crate::call::{Call, count, short};
@@ -47,8 +47,10 @@ pub(crate) struct Bodies {
 
 #[pymethods]
 impl Scene {
+    /// Makes a scene without bodies. Arguments are those of a subclass.
     #[new]
-    fn new() -> Self {
+    #[pyo3(signature = (*_arguments, **_named))]
+    fn new(_arguments: &Bound<'_, PyTuple>, _named: Option<&Bound<'_, PyDict>>) -> Self {
         Self::default()
     }
 

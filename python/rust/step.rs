@@ -143,6 +143,11 @@ impl Step {
         let (mut state, held) = (self.state.hold(STEP)?, self.scene.get().hold()?);
         let id = held.find(name)?;
         let body = held.scene.body(id);
+        if !(tolerance.is_finite() && tolerance > 0.0) {
+            let message = format!("tolerance is {tolerance}, but must be positive and finite");
+            return Err(refused(format!("body {name:?}: {message}")));
+        }
+
         // The surface is at most the tolerance outside of its balls.
         let margin = self.params.margin + tolerance;
         let params = MedialParams::tolerance(tolerance);

@@ -58,6 +58,9 @@ BAD_CALLS = {
     "add: faces": lambda: Scene().add("q", CUBE.vertices, None),
     "add: masks": lambda: Scene().add("q", CUBE.vertices, np.zeros((2, 3), bool)),
     "add: objects": lambda: Scene().add("q", np.array([[object()] * 3]), CUBE.faces),
+    "add: name that is no text": lambda: Scene().add("\ud800", *CUBE),
+    "add: masked": lambda: Scene().add("q", np.ma.masked_array(CUBE.vertices, CUBE.vertices > 0), CUBE.faces),
+    "vertices: name that is no text": lambda: scene().vertices("\ud800"),
     "names": lambda: [call(5) for call in (scene().vertices,)],
     "faces": lambda: scene().faces(None),
     "is_rigid": lambda: scene().is_rigid(5),
@@ -65,6 +68,8 @@ BAD_CALLS = {
     "move": lambda: scene().move(5, CUBE.vertices),
     "pose": lambda: scene().pose(5, np.eye(4)),
     "pose: words": lambda: scene().pose("a", "matrix"),
+    "pose: digits": lambda: scene().pose("a", np.eye(4).astype(str)),
+    "pose: complex": lambda: scene().pose("a", np.eye(4) + 0j),
     "ignore": lambda: scene().ignore("a", 5),
     **{
         f"check: {name} {value!r:.9}": lambda name=name, value=value: scene().check(**{name: value})
@@ -88,7 +93,7 @@ BAD_CALLS = {
             "max_displacement": ("1", None, NAN, 0),
             "stiffnesses": ([1], {5: 1.0}, {"b": "2"}, {"b": 0.0}, {"b": -1.0}, {"b": NAN}, {"heart": 1.0}),
             "fixed": ([1], {5: [0]}, {"b": "all"}, {"b": None}),
-            "uncross": (5, [5], "heart", ["heart"]),
+            "uncross": (5, [5], "b", "heart", ["heart"]),
             "ties": ([1], {("a",): 1.0}, {("a", "b"): "1"}, {("a", 5): 1.0}),
             "threads": (-1,),
             "progress": (5,),
@@ -96,6 +101,7 @@ BAD_CALLS = {
         for value in values
     },
     "sweep: list": lambda: scene().sweep([1]),
+    "sweep: rows of several lengths": lambda: scene().sweep({"b": [[1, 2], [3]]}),
     "sweep: nothing": lambda: scene().sweep({"b": None}),
     "sweep: name": lambda: scene().sweep({5: CUBE.vertices}),
     "sweep: center of a mistyped name": lambda: scene().sweep({"a": np.eye(4)}, centers={"A": (0, 0, 0)}),
@@ -110,6 +116,8 @@ BAD_CALLS = {
     "joint: modulus": lambda: Cartilage("5", 0.3, 1.0),
     "joint: law": lambda: Cartilage(5.0, 0.3, 1.0, 5),
     "turn: axis": lambda: Turn("x", (0, 0, 0), 5),
+    "turn: axis of digits": lambda: Turn("001", (0, 0, 0), 5),
+    "turn: center of digits": lambda: Turn((0, 0, 1), ("0", "0", "0"), 5),
     "turn: degrees": lambda: Turn((1, 0, 0), (0, 0, 0), "5"),
     "plan: scene": lambda: Plan("scene", tolerance=0.1),
     "plan: tolerance": lambda: Plan(scene(), tolerance="1"),
@@ -163,19 +171,37 @@ BAD_CALLS = {
     "medial: negative": lambda: medial.generate(*BALL, balls=-4),
     "medial: tolerance": lambda: medial.generate(*BALL, tolerance="1"),
     "read_mesh": lambda: read_mesh(5),
+    "read_mesh: path that is no text": lambda: read_mesh("\ud800.ply"),
     "read_mesh: folder": lambda: read_mesh("/"),
     "write_mesh": lambda: write_mesh("/nonexistent/cube.ply", *CUBE),
     "write_mesh: path": lambda: write_mesh(5, *CUBE),
+    **{
+        f"write_mesh: {extension} of {name}": lambda mesh=mesh, extension=extension: write_mesh(f"q.{extension}", *mesh)
+        for name, mesh in {
+            "NaN": (CUBE.vertices * NAN, CUBE.faces),
+            "large numbers": (CUBE.vertices * 1e300, CUBE.faces),
+            "no faces": (CUBE.vertices, []),
+        }.items()
+        for extension in ("ply", "obj", "stl", "vtp")
+    },
     "write_mesh: corner": lambda: write_mesh("cube.ply", CUBE.vertices, [[0, 1, 99]]),
     "from_trimesh": lambda: from_trimesh(5),
 }
 
 
 @pytest.mark.parametrize("call", BAD_CALLS)
-def test_bad_input_has_an_exception_of_the_package(call):
+def test_bad_input_has_an_exception_of_the_package(call, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
     with pytest.raises(MusculoCollideError) as refused:
         BAD_CALLS[call]()
     assert len(str(refused.value)) > 8 and "extract" not in str(refused.value)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("value", [-1.0, 0.0, NAN])
+def test_a_tolerance_of_balls_is_refused_by_its_name(value):
+    with pytest.raises(MusculoCollideError, match='body "b": tolerance is (-1|0|NaN), but'):
+        step().set_balls("b", tolerance=value)
 
 
 def test_meshes_of_no_kind_are_refused_by_trimesh_too():

@@ -81,6 +81,19 @@ def test_tables_name_both_of_two_values(two_boxes):
         assert list(columns[f"self_crossings.{when}"]) == [body.self_crossings[i] for body in resolution.bodies]
 
 
+def test_pairs_are_found_by_number_and_by_both_names(two_boxes):
+    pairs = two_boxes.check()
+    for key in (0, -1, np.int64(0), ("a", "b"), ("b", "a")):
+        assert pairs[key] is pairs._pairs[0]
+    assert pairs[:1] == pairs and pairs[1:] == Pairs([])
+    for key in (("a", "a"), ("a", "b", "a"), ("a",), ("a", "c")):
+        with pytest.raises(KeyError):
+            pairs[key]
+    for key in ("ab", 1.0, None):
+        with pytest.raises(TypeError):
+            pairs[key]
+
+
 @pytest.mark.parametrize("package", ["pandas", "polars"])
 def test_frames_take_tables_as_they_are(results, package):
     module = pytest.importorskip(package)

@@ -455,3 +455,27 @@ def test_particles_are_numbered_body_after_body(two_boxes):
     assert Scene().particle_positions().shape == (0, 3)
     with pytest.raises(InputError, match="no body"):
         two_boxes.particles("c")
+
+
+def test_the_axis_of_a_turn_has_any_length():
+    found = []
+    for length in (1e-320, 1e-200, 1.0, 1e200):
+        scene = Scene()
+        scene.add("lever", *box((0, 0, 0), (10, 1, 1)), rigid=True)
+        scene.add("stop", *box((0, 5, 0), (1, 6, 1)))
+        turn = Turn(axis=(0, 0, length), center=(0, 0, 0), degrees=90)
+        found.append(scene.sweep({"lever": turn}).largest_free_step)
+    assert 0.7 < found[0] < 0.8 and found == [found[0]] * 4
+
+
+def test_a_subclass_of_a_scene_has_arguments_of_its_own():
+    class Thigh(Scene):
+        def __init__(self, side: str, *, unit: str) -> None:
+            super().__init__()
+            self.side, self.unit = side, unit
+
+    thigh = Thigh("left", unit="mm")
+    thigh.add("bone", *TETRAHEDRON)
+    assert (thigh.side, thigh.unit, thigh.names) == ("left", "mm", ["bone"])
+    with pytest.raises(TypeError):
+        Scene("left")

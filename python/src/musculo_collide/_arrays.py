@@ -55,7 +55,14 @@ def numbers(array: npt.ArrayLike, what: str) -> npt.NDArray[np.float64]:
     return np.require(given, np.float64, ["C", "A"])
 
 
+def numbers_of_any_shape(array: npt.ArrayLike, what: str) -> npt.NDArray[Any]:
+    """Return an array of real numbers."""
+    return _numbers(array, what, "fiu")
+
+
 def _numbers(array: npt.ArrayLike, what: str, kinds: str) -> npt.NDArray[Any]:
+    if np.ma.is_masked(array):
+        raise InputError(f"{what} are partly masked: leave out what is to be left out")
     try:
         given = np.asarray(array)
     except ValueError as error:

@@ -56,11 +56,18 @@ def threads(value: object) -> int | None:
 
 def name(value: object) -> str:
     """Return the name of a body."""
-    return instance(value, str, "the name of a body", "a string")
+    found = instance(value, str, "the name of a body", "a string")
+    try:
+        found.encode()
+    except UnicodeEncodeError as error:
+        raise InputError(f"the name of a body is {found!r}, which is no text: {error}") from error
+    return found
 
 
 def names(value: object, what: str) -> list[str]:
-    """Return the names of bodies."""
+    """Return the names of bodies; a single string is none."""
+    if isinstance(value, str):
+        raise InputTypeError(f"{what} is a list of names, not the string {value!r}")
     return [name(item) for item in instance(value, Iterable, what, "a list of names")]  # type: ignore[type-abstract]
 
 
@@ -80,7 +87,12 @@ def path(value: object) -> str:
     """Return the path of a file."""
     if not isinstance(value, (str, os.PathLike)):
         raise InputTypeError(f"the path of a file is a string or a path, not {type(value).__name__}")
-    return os.fsdecode(value)
+    found = os.fsdecode(value)
+    try:
+        os.fsencode(found)
+    except UnicodeEncodeError as error:
+        raise InputError(f"the path of a file is {found!r}, which no file has: {error}") from error
+    return found
 
 
 def instance(value: object, kind: type[T], what: str, wanted: str | None = None) -> T:

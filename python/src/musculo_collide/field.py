@@ -58,8 +58,9 @@ class DistanceField:
         it is given, none is, and a query returns distances everywhere in the grid. A truncation of 15
         spacings, which the program's fields have, takes two thirds of the time.
         """
-        x = _arrays.points(vertices, "vertices")
-        corners = _arrays.faces(faces, "faces")
+        # A progress function may change the arrays that were given.
+        x = _arrays.points(vertices, "vertices").copy()
+        corners = _arrays.faces(faces, "faces").copy()
         return cls(
             _native.Field.build(
                 x,

@@ -51,8 +51,9 @@ def generate(
     progress: Progress | None = None,
 ) -> MedialSurface:
     """Generate a medial surface of a closed surface, by number of balls or by tolerance."""
-    x = _arrays.points(vertices, "vertices")
-    corners = _arrays.faces(faces, "faces")
+    # A progress function may change the arrays that were given.
+    x = _arrays.points(vertices, "vertices").copy()
+    corners = _arrays.faces(faces, "faces").copy()
     found = _native.generate_medial(
         x,
         corners,

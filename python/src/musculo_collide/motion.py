@@ -61,10 +61,8 @@ Motion = npt.ArrayLike | Turn
 
 def placement(name: str, matrix: npt.ArrayLike) -> Placement:
     """Return the rotation and the translation of a 4 × 4 matrix."""
-    try:
-        given = np.asarray(matrix, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"the pose of {name!r} is no matrix of numbers: {error}") from error
+    given = _arrays.numbers_of_any_shape(matrix, f"the numbers of the pose of {name!r}")
+    given = given.astype(np.float64)
     if given.shape != (4, 4):
         raise InputError(f"a pose of {name!r} is a 4 × 4 matrix, not an array of shape {given.shape}")
     rotation = given[:3, :3]
@@ -87,12 +85,13 @@ def native(
         _checks.name(name)
         if isinstance(motion, Turn):
             found.append((name, motion))
-        elif np.shape(motion) == (4, 4):
+        elif _is_matrix(motion, name):
             center = centers.get(name)
             about = vector(center, f"center of {name!r}") if center is not None else None
             found.append((name, Posed(placement(name, motion), about)))
         else:
-            found.append((name, _arrays.points(motion, f"vertices of {name!r}")))
+            # A progress function may change the array that was given.
+            found.append((name, _arrays.points(motion, f"vertices of {name!r}").copy()))
 
     # A center without effect is that of another body, or a mistyped name.
     posed = {name for name, motion in found if isinstance(motion, Posed)}
@@ -102,9 +101,14 @@ def native(
     return found
 
 
+def _is_matrix(motion: npt.ArrayLike, name: str) -> bool:
+    return _arrays.numbers_of_any_shape(motion, f"vertices of {name!r}").shape == (4, 4)
+
+
 def vector(given: Sequence[float], what: str) -> tuple[float, float, float]:
+    """Return three finite numbers."""
     try:
-        x, y, z = (float(number) for number in given)
+        x, y, z = (_checks.number(number, what) for number in given)
     except (TypeError, ValueError) as error:
         raise InputError(f"{what} is three numbers, not {given!r}") from error
     if not all(map(math.isfinite, (x, y, z))):

@@ -216,10 +216,10 @@ class Pairs(Sequence[Pair]):
         """Return a pair by number or by both names in whichever order."""
         if isinstance(key, slice):
             return Pairs(self._pairs[key])
-        if isinstance(key, int):
+        if not isinstance(key, tuple):
             return self._pairs[key]
         for pair in self._pairs:
-            if {pair.a, pair.b} == set(key):
+            if key in ((pair.a, pair.b), (pair.b, pair.a)):
                 return pair
         raise KeyError(key)
 

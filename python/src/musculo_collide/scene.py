@@ -30,6 +30,9 @@ class Scene(_native.Scene):
       bone × muscle: overlap, depth 1, volume 36
     """
 
+    def __init__(self) -> None:
+        """Begin without bodies."""
+
     def add(
         self,
         name: str,
