@@ -5,6 +5,7 @@ use std::time::Instant;
 use musculo_collide::{Detection, DetectionMethod, PairState, PlanParams, machine_factor};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use pyo3::{PyTraverseError, PyVisit};
 
 use crate::arrays::{array, point_array};
 use crate::call::{Call, count, short};
@@ -129,6 +130,11 @@ impl Plan {
         let library = &mut held.scene;
         let params = musculo_collide::RespondParams { clearance, ..Default::default() };
         short(py, || plan.respond(library, detection, &params).map(|_| ()))
+    }
+
+    /// Shows the scene to the collector of cycles: a scene may have an attribute that holds it.
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        visit.call(&self.scene)
     }
 }
 

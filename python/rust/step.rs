@@ -15,6 +15,7 @@ use musculo_collide::{
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use pyo3::{PyTraverseError, PyVisit};
 
 use crate::arrays::{States, borrowed, numbers, vectors};
 use crate::call::{Call, count, short};
@@ -230,6 +231,11 @@ impl Step {
             Ok((report, Some(found)))
         })?;
         state.record(py, &report, swept.as_ref(), scene)
+    }
+
+    /// Shows the scene to the collector of cycles: a scene may have an attribute that holds it.
+    fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
+        visit.call(&self.scene)
     }
 }
 

@@ -7,12 +7,13 @@ import subprocess
 import sys
 import threading
 import time
+import weakref
 
 import numpy as np
 import pytest
 from conftest import muscle, sphere
 
-from musculo_collide import DistanceField, Scene, _native, medial
+from musculo_collide import ContactStep, DistanceField, Plan, Scene, _native, medial
 
 
 def balls(divisions: int) -> Scene:
@@ -309,6 +310,16 @@ def test_points_of_a_query_are_read_where_they_are():
     frozen = points.copy()
     frozen.flags.writeable = False
     assert np.array_equal(field.query(frozen), field.query(points))
+
+
+def test_scenes_that_hold_their_own_plan_and_step_are_collected():
+    for hold in (lambda scene: Plan(scene, tolerance=0.1), lambda scene: ContactStep(scene, margin=0.5)):
+        scene = balls(6)
+        scene.own = hold(scene)
+        held = weakref.ref(scene)
+        del scene
+        gc.collect()
+        assert held() is None
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs resource")
