@@ -27,7 +27,7 @@ class Scene(_native.Scene):
     ...           [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
     >>> scene.check()
     1 of 1 pairs overlap
-      bone × muscle: overlap, depth 1, volume 36
+      bone × muscle: overlap, depth 1.732, volume 36
     """
 
     def __init__(self) -> None:
