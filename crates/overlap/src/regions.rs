@@ -146,6 +146,33 @@ impl Regions {
             let to = self.number(side, to, inside);
             self.sets.join(from, to);
         }
+        if inside.covers_twice {
+            self.join_covered(side, inside, low);
+        }
+    }
+
+    /// Joins consecutive points of an edge with a winding number other than 0 between them.
+    ///
+    /// Ranks pair points where the other body covers a place once. Where it is inside out or covers
+    /// a place twice, both ends of an inside part may enter, and one may begin several parts.
+    fn join_covered(&mut self, side: usize, inside: &Inside, low: u32) {
+        let entering = self.entering.iter().map(|&(share, node)| (share, node, 1));
+        let leaving = self.leaving.iter().map(|&(share, node)| (share, node, -1));
+        let mut points: Vec<(f64, Node, i32)> = entering.chain(leaving).collect();
+        points.sort_by(|p, q| p.0.total_cmp(&q.0));
+
+        let mut winding = inside.winding(low);
+        for pair in points.windows(2) {
+            let [(_, from, change), (_, to, _)] = [pair[0], pair[1]];
+            if matches!(from, Node::Passing(_)) {
+                winding += change;
+            }
+            if winding != 0 {
+                let from = self.number(side, from, inside);
+                let to = self.number(side, to, inside);
+                self.sets.join(from, to);
+            }
+        }
     }
 
     fn number(&self, side: usize, node: Node, inside: &Inside) -> u32 {

@@ -1,6 +1,7 @@
 //! The crate's tests, one binary.
 
 mod anatomy;
+mod covered;
 mod interruption;
 mod joint;
 mod patches;
