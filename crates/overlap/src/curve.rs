@@ -125,7 +125,11 @@ impl Curve {
             polls.step()?;
             match meet_perturbed(a.corners(faces[0]), b.corners(faces[1])) {
                 PerturbedMeeting::Apart => {}
-                PerturbedMeeting::Crossing(stretch) => self.crossings.push((faces, stretch)),
+                PerturbedMeeting::Crossing(stretch) => {
+                    if have_three_edges([a, b], faces) {
+                        self.crossings.push((faces, stretch));
+                    }
+                }
                 PerturbedMeeting::Coplanar { same_normal, first_moves_outward } => {
                     let a_moves_outward = first_moves_outward;
                     self.coplanar.push(CoplanarPair { faces, same_normal, a_moves_outward });
@@ -264,6 +268,14 @@ fn rank([first, second]: [u32; 2]) -> u64 {
     (u64::from(first) << 32) | u64::from(second)
 }
 
+/// Returns true if both faces have three corners. One that repeats a vertex leads there and back.
+fn have_three_edges(bodies: [&SurfaceTree; 2], faces: [u32; 2]) -> bool {
+    bodies
+        .iter()
+        .zip(faces)
+        .all(|(body, face)| !body.surface().face_edges()[face as usize].contains(&NO_EDGE))
+}
+
 /// Names an end of a stretch, with the sense in which the edge, run from its lower-numbered end,
 /// passes.
 fn named(end: StretchEnd, bodies: [&SurfaceTree; 2], faces: [u32; 2]) -> (PassingName, bool) {
@@ -271,7 +283,7 @@ fn named(end: StretchEnd, bodies: [&SurfaceTree; 2], faces: [u32; 2]) -> (Passin
     let surface = bodies[of].surface();
     let face = faces[of] as usize;
     let edge = surface.face_edges()[face][end.edge];
-    debug_assert_ne!(edge, NO_EDGE, "a face with area has three edges");
+    debug_assert_ne!(edge, NO_EDGE, "a crossed face has three edges");
 
     let corners = surface.faces()[face];
     let is_upward = corners[end.edge] < corners[(end.edge + 1) % 3];

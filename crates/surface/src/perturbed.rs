@@ -73,7 +73,8 @@ pub struct StretchEnd {
 /// Finds the stretch in which two triangles cross once the first is moved by an infinitesimal.
 ///
 /// Exact, for coordinates that are zero or between 1e-90 and 1e90 in size. A triangle without area
-/// crosses nothing.
+/// has a stretch without length where it passes through one with area, and none in another without
+/// area.
 ///
 /// ```
 /// use surface::{PerturbedMeeting, glam::DVec3, meet_perturbed};
@@ -139,8 +140,11 @@ fn meet_with_ties(
     sides_of_b: [Sign; 3],
 ) -> PerturbedMeeting {
     let (tie_of_a, tie_of_b) = (leading_normal_sign(b), -leading_normal_sign(a));
-    if tie_of_a == 0 || tie_of_b == 0 {
-        return PerturbedMeeting::Apart;
+    match (tie_of_a, tie_of_b) {
+        (0, 0) => return PerturbedMeeting::Apart,
+        (tie, 0) => return segment_crossing(0, a, sides_of_a, tie, b),
+        (0, tie) => return segment_crossing(1, b, sides_of_b, tie, a),
+        _ => {}
     }
 
     // One plane: the move separates the triangles.
@@ -154,6 +158,44 @@ fn meet_with_ties(
         return PerturbedMeeting::Apart;
     }
     crossing(a, sides_of_a, b, sides_of_b, true)
+}
+
+/// Finds the stretch of a triangle without area, which is a segment, in one with area.
+///
+/// The segment has edges there and back. Where it passes through the other triangle, one of them
+/// passes upward and one downward, at the same point: the stretch from one to the other has no
+/// length. `of` is 0 if the segment is the first triangle, which is moved.
+fn segment_crossing(
+    of: usize,
+    segment: [DVec3; 3],
+    sides: [Sign; 3],
+    tie: Sign,
+    other: [DVec3; 3],
+) -> PerturbedMeeting {
+    let mut is_tie = sides.contains(&0);
+    let sides = settle(sides, tie);
+    if apart(sides) {
+        return PerturbedMeeting::Apart;
+    }
+
+    // An edge that passes upward has all edges of the other triangle on its left.
+    let (leaves, enters) = (edge_upward(sides), edge_downward(sides));
+    let upward = edge(segment, leaves);
+    let is_through = (0..3).all(|k| {
+        let around = edge(other, k);
+        let (side, settled) =
+            if of == 0 { side_of_edge(upward, around) } else { side_of_edge(around, upward) };
+        is_tie |= settled;
+        side > 0
+    });
+    if !is_through {
+        return PerturbedMeeting::Apart;
+    }
+
+    let leaves = StretchEnd { triangle: of, edge: leaves, enters: false };
+    let enters = StretchEnd { triangle: of, edge: enters, enters: true };
+    let [begin, end] = if of == 0 { [leaves, enters] } else { [enters, leaves] };
+    PerturbedMeeting::Crossing(Stretch { begin, end, is_tie })
 }
 
 /// Replaces the sides that are zero.

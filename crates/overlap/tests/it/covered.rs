@@ -1,5 +1,4 @@
-//! Bodies that are inside out or cover a place twice: measures count a place as often as it is
-//! covered.
+//! Bodies that are inside out, cover a place twice, or have faces without area.
 
 use fixtures::Mesh;
 use fixtures::random::Random;
@@ -70,4 +69,53 @@ fn parts_that_cross_are_summed_up() {
         crossed += usize::from(overlap.covers_twice[0]);
     }
     assert!(crossed > 100, "{crossed}");
+}
+
+/// Two corners on an edge of a cube leave two faces without area side by side: the curve passes
+/// their common edge, too.
+#[test]
+fn faces_without_area_carry_the_curve() {
+    let positions = (0..8).map(|k| {
+        let corner = [k >> 2, (k >> 1) & 1, k & 1].map(|bit| if bit == 1 { 5.0 } else { -5.0 });
+        DVec3::from(corner)
+    });
+    let on_diagonal = [DVec3::new(-2.0, -2.0, 5.0), DVec3::new(2.0, 2.0, 5.0)];
+    let sides = [
+        [0, 1, 3],
+        [0, 3, 2],
+        [4, 6, 7],
+        [4, 7, 5],
+        [0, 4, 5],
+        [0, 5, 1],
+        [2, 3, 7],
+        [2, 7, 6],
+        [0, 2, 6],
+        [0, 6, 4],
+    ];
+    let top = [[1, 5, 8], [8, 5, 9], [5, 7, 9], [1, 7, 3], [1, 8, 9], [1, 9, 7]];
+    let plain = Mesh {
+        positions: positions.clone().collect(),
+        faces: sides.into_iter().chain([[1, 5, 7], [1, 7, 3]]).collect(),
+    };
+    let divided = Mesh {
+        positions: positions.chain(on_diagonal).collect(),
+        faces: sides.into_iter().chain(top).collect(),
+    };
+
+    let ball = icosphere(4.0, 2).translated(DVec3::new(0.3, 0.2, 5.1));
+    for turned in [DVec3::X, DVec3::Y, DVec3::new(1.0, 2.0, 3.0)] {
+        let [plain, divided, ball] =
+            [&plain, &divided, &ball].map(|mesh| mesh.clone().rotated(turned, 0.25));
+        for swapped in [false, true] {
+            let measure = |cube: &Mesh| {
+                if swapped { measure(&ball, cube) } else { measure(cube, &ball) }
+            };
+            let (expected, found) = (measure(&plain), measure(&divided));
+            assert_eq!(found.covers_twice, [false; 2], "{turned}");
+            assert_eq!((found.total.curve_loops, found.total.curve_arcs), (1, 0), "{turned}");
+            let [volume, expected] =
+                [&found, &expected].map(|overlap| overlap.total.volume.expect("both are closed"));
+            assert!((volume - expected).abs() < 1e-10, "{turned}: {volume} for {expected}");
+        }
+    }
 }
