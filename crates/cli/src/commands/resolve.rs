@@ -124,7 +124,7 @@ pub(super) fn run(arguments: &ResolveArguments) -> Result<Finished, Failure> {
         arguments.stage_files(&document, &loaded, &files, &mut outputs)?;
     }
     outputs.stage_json(arguments.json.as_deref(), &document)?;
-    let text = resolution_text(&resolution, &loaded.scene, unit) + &document.to_text();
+    let text = resolution_text(&resolution, &loaded.scene, unit, keep_going) + &document.to_text();
     Ok(Finished { outputs, text, holds: document.resolved, stopwatch })
 }
 

@@ -9,14 +9,21 @@ use super::text::{counted, grouped, length, measure};
 use crate::scene::Unit;
 
 /// Writes the tables of rounds and bodies, and the remaining pairs with their reasons.
-pub(crate) fn resolution_text(resolution: &Resolution, scene: &Scene, unit: Unit) -> String {
+///
+/// With `keep_going` the best state is the result, also where it breaks limits.
+pub(crate) fn resolution_text(
+    resolution: &Resolution,
+    scene: &Scene,
+    unit: Unit,
+    keep_going: bool,
+) -> String {
     let (rounds, bodies) = (rounds(resolution, unit), bodies(resolution, scene, unit));
     let mut text = format!("{}\n{}\n", rounds.to_text(), bodies.to_text());
 
     // A state that later rounds did not improve is that of an earlier round.
     let last = resolution.rounds.len().saturating_sub(1);
     if resolution.final_round < last {
-        let reason = if resolution.broken_limits.is_empty() {
+        let reason = if resolution.broken_limits.is_empty() || keep_going {
             "none of the later ones was better"
         } else {
             "better ones break the limits of a body"

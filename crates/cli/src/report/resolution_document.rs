@@ -37,7 +37,8 @@ pub(crate) struct ResolutionDocument {
     /// Pairs that overlapped, are tied, or are nearer than the gap.
     pub(crate) pairs: Vec<PairState>,
     pub(crate) bodies: Vec<BodyState>,
-    /// Bodies that the best state brings beyond their limits; an earlier one is kept.
+    /// Bodies that the best state brings beyond their limits; an earlier one is kept, unless by
+    /// `--keep-going`.
     broken_limits: Vec<BrokenRecord>,
     /// Attachments of the bodies of pairs that are not proved.
     attachments: Vec<AttachmentRecord>,
@@ -45,7 +46,7 @@ pub(crate) struct ResolutionDocument {
     self_overlaps: Vec<String>,
 }
 
-/// Body that a better state would bring beyond its limits.
+/// Body that the best state brings beyond its limits.
 #[derive(Debug, Serialize)]
 pub(super) struct BrokenRecord {
     body: String,
@@ -60,6 +61,9 @@ pub(super) struct BrokenRecord {
     flipped_faces: usize,
     /// No pair of faces may cross anew.
     new_self_crossings: usize,
+    /// True if the state is kept all the same.
+    #[serde(skip)]
+    is_kept: bool,
 }
 
 /// Distance below which pairs are listed, relative to the gap.
@@ -244,8 +248,9 @@ impl ResolutionDocument {
         for body in &self.self_overlaps {
             reasons.push(format!("{body} still crosses itself"));
         }
-        for BrokenRecord { body, .. } in &self.broken_limits {
-            reasons.push(format!("a better state breaks the limits of {body}"));
+        for BrokenRecord { body, is_kept, .. } in &self.broken_limits {
+            let state = if *is_kept { "the state" } else { "a better state" };
+            reasons.push(format!("{state} breaks the limits of {body}"));
         }
         for BodyState { name, elements, .. } in &self.bodies {
             if elements.as_ref().is_some_and(|elements| !elements.is_whole()) {
@@ -372,6 +377,7 @@ impl BrokenRecord {
             strain_limit: params.max_strain,
             flipped_faces: broken.flipped_faces,
             new_self_crossings: broken.self_crossings,
+            is_kept: params.keep_going,
         }
     }
 
@@ -398,7 +404,8 @@ impl BrokenRecord {
         if self.new_self_crossings > 0 {
             broken.push(counted(self.new_self_crossings, "new self-crossing"));
         }
-        format!("{} would leave its limits: {}", self.body, broken.join("; "))
+        let leaves = if self.is_kept { "leaves" } else { "would leave" };
+        format!("{} {leaves} its limits: {}", self.body, broken.join("; "))
     }
 }
 

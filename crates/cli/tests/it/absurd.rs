@@ -136,3 +136,21 @@ fn each_absurd_scene_is_answered_in_words() {
     }
     assert!(wrong.is_empty(), "{wrong}");
 }
+
+/// The state that is written on request is beyond the limits itself.
+#[test]
+fn a_state_beyond_its_limits_is_not_called_another_one() {
+    let workshop = workshop();
+    let scene = "floor.obj muscle.obj ceiling.obj --rigid floor --rigid ceiling --gap 0.1";
+    let arguments: Vec<&str> =
+        scene.split(' ').chain(["--out", "apart", "--no-report", "--keep-going"]).collect();
+    let run = workshop.run("resolve", &arguments);
+    assert_eq!(run.status, 1, "{}{}", run.stdout, run.stderr);
+    for expected in ["muscle leaves its limits: moved by", "the state breaks the limits of muscle"]
+    {
+        assert!(run.stdout.contains(expected), "{}", run.stdout);
+    }
+    for wrong in ["would leave", "better ones break", "a better state"] {
+        assert!(!run.stdout.contains(wrong), "{}", run.stdout);
+    }
+}
