@@ -49,6 +49,7 @@ mod nrrd;
 mod obj;
 mod osim;
 mod osim_frames;
+mod osim_values;
 mod ply;
 mod ply_binary;
 mod ply_header;

@@ -11,7 +11,7 @@ use std::collections::HashMap;
 use glam::{DAffine3, DVec3};
 
 use crate::ReadError;
-use crate::osim::{malformed, rigid, text_of, vector};
+use crate::osim_values::{malformed, rigid, text_of, vector};
 use crate::text::quoted;
 use crate::vtk::xml::Element;
 

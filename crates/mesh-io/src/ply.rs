@@ -11,14 +11,11 @@ use ply_rs_bw::ply::{
     BeginList, ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult,
 };
 
-use crate::error::Format;
 use crate::mesh::{Mesh, Polygons, Unread};
 use crate::ply_binary::{read_faces, read_vertices};
-use crate::ply_header::with_plain_names;
+use crate::ply_header::{PLY, is_corner_list, with_plain_names};
 use crate::text::quoted;
 use crate::{FilePlace, ReadError, Space, ply_text};
-
-pub(crate) const PLY: Format = Format { name: "PLY", remedy: "save it as binary PLY of triangles" };
 
 /// Returns a surface as a binary file.
 ///
@@ -197,10 +194,6 @@ impl PropertyAccess for Face {
         };
         PropertyAccessResult::Set
     }
-}
-
-pub(crate) fn is_corner_list(name: &str) -> bool {
-    matches!(name, "vertex_indices" | "vertex_index")
 }
 
 /// Element without use here, read past.

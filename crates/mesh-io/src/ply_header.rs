@@ -9,8 +9,10 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 use crate::ReadError;
-use crate::ply::PLY;
+use crate::error::Format;
 use crate::text::{Lines, PlacedWord, placed_words, quoted};
+
+pub(crate) const PLY: Format = Format { name: "PLY", remedy: "save it as binary PLY of triangles" };
 
 /// Names that mean something here, which no other name may become.
 const KNOWN: [&[u8]; 7] =
@@ -63,6 +65,11 @@ pub(crate) fn with_plain_names(file: &[u8]) -> Result<Cow<'_, [u8]>, ReadError> 
         file.to_mut()[place].copy_from_slice(&content);
     }
     Ok(file)
+}
+
+/// Returns true for the name of the corners of a face.
+pub(crate) fn is_corner_list(name: &str) -> bool {
+    matches!(name, "vertex_indices" | "vertex_index")
 }
 
 /// Returns the name in the words behind `property`: one type, or three words of a list, precede it.

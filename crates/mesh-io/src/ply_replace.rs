@@ -11,9 +11,9 @@ use ply_rs_bw::ply::{ElementDef, Encoding, Header, PropertyDef, PropertyType, Sc
 
 use crate::ReadError;
 use crate::copy::{Copy, Precision, check_count, check_range};
-use crate::ply::{PLY, Skipped, check_header, malformed};
+use crate::ply::{Skipped, check_header, malformed};
 use crate::ply_binary::size_of_scalar;
-use crate::ply_header::with_plain_names;
+use crate::ply_header::{PLY, with_plain_names};
 use crate::stored_values::single;
 use crate::text::{Lines, PlacedWord, number, placed_words};
 use crate::{FilePlace, ply};

@@ -8,7 +8,7 @@ use ply_rs_bw::ply::{ElementDef, Header, PropertyType, ScalarType};
 
 use crate::ReadError;
 use crate::mesh::Polygons;
-use crate::ply::{PLY, is_corner_list};
+use crate::ply_header::{PLY, is_corner_list};
 use crate::text::{Line, Lines, number, quoted, words};
 
 /// Vertices and faces of a text file.
