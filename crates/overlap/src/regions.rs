@@ -38,6 +38,8 @@ pub(crate) struct Regions {
     sets: UnionFind,
     entering: Vec<(f64, Node)>,
     leaving: Vec<(f64, Node)>,
+    /// Points along an edge, with the change of the winding number at passings.
+    along: Vec<(f64, Node, i32)>,
 }
 
 /// A part of an edge inside the other body.
@@ -158,11 +160,13 @@ impl Regions {
     fn join_covered(&mut self, side: usize, inside: &Inside, low: u32) {
         let entering = self.entering.iter().map(|&(share, node)| (share, node, 1));
         let leaving = self.leaving.iter().map(|&(share, node)| (share, node, -1));
-        let mut points: Vec<(f64, Node, i32)> = entering.chain(leaving).collect();
-        points.sort_by(|p, q| p.0.total_cmp(&q.0));
+        let mut along = std::mem::take(&mut self.along);
+        along.clear();
+        along.extend(entering.chain(leaving));
+        along.sort_by(|p, q| p.0.total_cmp(&q.0));
 
         let mut winding = inside.winding(low);
-        for pair in points.windows(2) {
+        for pair in along.windows(2) {
             let [(_, from, change), (_, to, _)] = [pair[0], pair[1]];
             if matches!(from, Node::Passing(_)) {
                 winding += change;
@@ -173,6 +177,7 @@ impl Regions {
                 self.sets.join(from, to);
             }
         }
+        self.along = along;
     }
 
     fn number(&self, side: usize, node: Node, inside: &Inside) -> u32 {

@@ -19,7 +19,7 @@ use crate::{
 
 /// Method for each pair of a scene that may meet, with the structures that were built for it.
 ///
-/// Its size grows with the number of bodies and of pairs near each other.
+/// Its size grows with the number of bodies and of pairs near each other, and the vertices of rigid bodies.
 #[derive(Debug)]
 pub struct Plan {
     pub(crate) params: PlanParams,

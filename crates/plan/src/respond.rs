@@ -38,7 +38,7 @@ impl Plan {
         params: &RespondParams,
     ) -> Result<SolveReport, PlanError> {
         self.check_scene(scene)?;
-        if let Some(body) = scene.bodies().iter().find(|body| body.has_followers()) {
+        if let Some(body) = scene.bodies().iter().find(|body| body.has_moving_centers()) {
             return Err(PlanError::Polygons { name: body.name().to_owned() });
         }
         let (displacements, report) = displacements(scene, detection, params)?;

@@ -27,13 +27,7 @@ pub(crate) fn rounding(bodies: [&SurfaceTree; 2]) -> f64 {
 
 /// Checks that depths can be proved within a tolerance where the bodies are.
 pub(crate) fn check_rounding(scene: &Scene, tolerance: f64) -> Result<(), ParameterError> {
-    let mut size: f64 = 0.0;
-    for body in scene.bodies() {
-        for x in body.positions() {
-            size = size.max(x.abs().max_element());
-        }
-    }
-    if tolerance >= SEARCHED_ROUNDINGS * rounding_at(size) {
+    if tolerance >= SEARCHED_ROUNDINGS * rounding_at(scene.largest_coordinate()) {
         return Ok(());
     }
     let range = "at least the rounding of distances between the largest coordinates";

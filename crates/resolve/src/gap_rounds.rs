@@ -19,7 +19,7 @@ use crate::held_overlaps::HeldOverlaps;
 use crate::near_pairs::detection_cost;
 use crate::relaxation::{SOLVED_SHARE, STEP_SWEEPS};
 use crate::resolution::{BrokenLimit, GapRound, overlaps_in};
-use crate::run::{Run, TOUCHING, detection_margin, largest_coordinate};
+use crate::run::{Run, TOUCHING, detection_margin};
 use crate::tissue::{Tissue, fitted_tree};
 use crate::{ResolveError, ResolveParams, WrittenPrecision};
 
@@ -118,7 +118,7 @@ impl Run<'_> {
         let mut rounding = 0.0;
         if self.params.precision == WrittenPrecision::Single {
             // Half a unit in the last place of each coordinate of both points.
-            let largest = largest_coordinate(self.scene);
+            let largest = self.scene.largest_coordinate();
             rounding = 2.0 * f64::sqrt(3.0) * largest * 0.5 * f64::from(f32::EPSILON);
         }
         self.params.tuning.slack * self.params.gap + rounding

@@ -10,6 +10,7 @@ use crate::run::Run;
 pub(crate) struct HeldOverlaps(Vec<(PairId, f64)>);
 
 impl HeldOverlaps {
+    /// Lists the overlaps of the present state.
     pub(crate) fn of(run: &Run<'_>) -> Self {
         Self(run.near.overlapping().map(|near| (near.report.pair, near.depth())).collect())
     }

@@ -95,13 +95,13 @@ impl<'a> Run<'a> {
         progress: Progress<'a>,
     ) -> Result<Self, ResolveError> {
         // Steps that change no coordinate move nothing.
-        if params.smoothing < f64::EPSILON * largest_coordinate(scene) {
+        if params.smoothing < f64::EPSILON * scene.largest_coordinate() {
             let range = "at least the rounding of the largest coordinate";
             let error = ParameterError { name: "smoothing", value: params.smoothing, range };
             return Err(error.into());
         }
 
-        if let Some(body) = scene.bodies().iter().find(|body| body.has_followers()) {
+        if let Some(body) = scene.bodies().iter().find(|body| body.has_moving_centers()) {
             return Err(ResolveError::Polygons { name: body.name().to_owned() });
         }
 
@@ -468,17 +468,6 @@ pub(crate) fn check(
         report.overlap = overlap;
     }
     Ok(reports)
-}
-
-/// Returns the absolute value of the largest coordinate of all bodies.
-pub(crate) fn largest_coordinate(scene: &Scene) -> f64 {
-    let mut largest: f64 = 0.0;
-    for body in scene.bodies() {
-        for x in body.positions() {
-            largest = largest.max(x.abs().max_element());
-        }
-    }
-    largest
 }
 
 /// Returns the gap to which overlaps are pushed apart: beyond that asked for where this is

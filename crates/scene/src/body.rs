@@ -116,9 +116,9 @@ impl Body {
         self.simplex.as_ref()
     }
 
-    /// Returns true if vertices follow others as the body deforms: the centers of polygons.
+    /// Returns true if the body deforms, and has polygons whose centers follow their corners.
     #[must_use]
-    pub fn has_followers(&self) -> bool {
+    pub fn has_moving_centers(&self) -> bool {
         self.simplex.is_some() && !self.is_rigid()
     }
 
@@ -193,6 +193,12 @@ impl Body {
     pub fn reference(&self) -> Option<&[DVec3]> {
         let positions = self.reference.as_deref().unwrap_or(self.positions());
         self.is_rigid().then_some(positions)
+    }
+
+    /// Returns the absolute value of the largest coordinate, by whose rounding positions are off.
+    #[must_use]
+    pub fn largest_coordinate(&self) -> f64 {
+        self.positions().iter().map(|x| x.abs().max_element()).fold(0.0, f64::max)
     }
 
     /// Returns the numbers of the vertices among all particles of the scene, in which the

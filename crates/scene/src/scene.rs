@@ -107,6 +107,12 @@ impl Scene {
         &self.bodies
     }
 
+    /// Returns the absolute value of the largest coordinate of all bodies.
+    #[must_use]
+    pub fn largest_coordinate(&self) -> f64 {
+        self.bodies.iter().map(Body::largest_coordinate).fold(0.0, f64::max)
+    }
+
     /// Returns one body.
     ///
     /// # Panics

@@ -55,8 +55,8 @@ class DistanceField:
         """Build the field of a surface.
 
         ``padding`` is 10 spacings unless given. Distances beyond ``truncation`` are stored as that; unless
-        it is given, none is, and a query returns distances everywhere in the grid. A truncation of 15
-        spacings, which the program's fields have, takes two thirds of the time.
+        it is given, none is, and a query returns distances everywhere in the grid. The program's fields
+        have a truncation of 15 spacings, which takes less time.
         """
         # A progress function may change the arrays that were given.
         x = _arrays.points(vertices, "vertices").copy()

@@ -23,13 +23,13 @@ class _ClosestPoints(NamedTuple):
 
 
 class ClosestPoints(ArrayTuple, _ClosestPoints):
-    """Closest points of a surface, one for each point that was asked for."""
+    """Closest points of a surface, one for each point of the query."""
 
     __slots__ = ()
 
 
 class Surface:
-    """Surface that is asked about many points.
+    """Surface with a tree, for queries of many points.
 
     >>> surface = Surface([[0, 0, 0], [30, 0, 0], [0, 30, 0], [0, 0, 30]],
     ...                   [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])

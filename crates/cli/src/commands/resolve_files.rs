@@ -63,8 +63,7 @@ pub(super) fn coarsest_precision(loaded: &LoadedScene) -> Result<(Precision, f64
         }
         let precision = mesh_io::coordinate_precision(&mesh_io::read_file(path)?, &extension(path));
         let precision = precision.map_err(|error| Failure::in_file(path, error))?;
-        let largest = body.positions().iter().map(|x| x.abs().max_element()).fold(0.0, f64::max);
-        let rounding = precision.max_rounding(largest);
+        let rounding = precision.max_rounding(body.largest_coordinate());
         if rounding > coarsest.1 {
             coarsest = (precision, rounding);
         }

@@ -167,13 +167,8 @@ pub(super) fn rounding(pair: PairId, scene: &Scene) -> f64 {
     /// Rounding of a closest point, relative to the largest coordinate.
     const CLOSEST_POINT: f64 = 16.0 * f64::EPSILON;
 
-    let mut largest: f64 = 0.0;
-    for id in pair.bodies() {
-        for x in scene.body(id).positions() {
-            largest = largest.max(x.abs().max_element());
-        }
-    }
-    CLOSEST_POINT * largest
+    let [a, b] = pair.bodies().map(|id| scene.body(id).largest_coordinate());
+    CLOSEST_POINT * a.max(b)
 }
 
 /// Names what is undefined for a pair, with the reasons.
