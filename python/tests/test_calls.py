@@ -53,22 +53,25 @@ def test_a_progress_function_cannot_change_what_a_call_computes_from(threads):
     """Arrays that the caller changes meanwhile are no longer those of the call."""
     builds = {
         "field": lambda mesh, progress: DistanceField.build(
-            *mesh, spacing=0.2, threads=threads, progress=progress
+            *mesh, spacing=0.1, threads=threads, progress=progress
         ).values(),
         "medial": lambda mesh, progress: medial.generate(*mesh, balls=12, threads=threads, progress=progress).radii,
-        "sweep": lambda mesh, progress: balls(60)
+        "sweep": lambda mesh, progress: balls(24)
         .sweep({"b": mesh.vertices}, threads=threads, progress=progress)
         .to_table()["times"],
     }
     for name, build in builds.items():
-        mesh = muscle(60) if name != "sweep" else sphere((-15, 0, 0), 10, 60)
+        mesh = muscle(100) if name != "sweep" else sphere((-15, 0, 0), 10, 24)
         expected = build(mesh, None)
+        shares = []
 
         def spoil(share: float) -> None:
             mesh.vertices[:] = 1000.0
             mesh.faces[:] = 0
+            shares.append(share)
 
         assert np.array_equal(build(mesh, spoil), expected), name
+        assert shares[0] < 1, f"{name} ended before its arrays were spoilt"
 
 
 def test_an_interrupted_resolution_leaves_the_scene_as_it_was():
