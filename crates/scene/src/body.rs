@@ -195,7 +195,7 @@ impl Body {
         self.is_rigid().then_some(positions)
     }
 
-    /// Returns the absolute value of the largest coordinate, by whose rounding positions are off.
+    /// Returns the absolute value of the largest coordinate, which bounds the rounding of all.
     #[must_use]
     pub fn largest_coordinate(&self) -> f64 {
         self.positions().iter().map(|x| x.abs().max_element()).fold(0.0, f64::max)
