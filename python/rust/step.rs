@@ -116,6 +116,11 @@ impl Step {
         progress: Option<Py<PyAny>>,
     ) -> PyResult<()> {
         let deviation = deviation.unwrap_or(COARSE_SHARE * self.params.tolerance);
+        if !deviation.is_finite() || deviation <= 0.0 {
+            let origin = format!("; without one it is {COARSE_SHARE} of the step's tolerance");
+            let problem = format!("deviation is {deviation}, but must be positive and finite");
+            return Err(refused(format!("body {name:?}: {problem}{origin}")));
+        }
         let (mut state, held) = (self.state.hold(STEP)?, self.scene.get().hold()?);
         let id = held.find(name)?;
         let body = held.scene.body(id);

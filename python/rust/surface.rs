@@ -180,25 +180,35 @@ impl Surface {
         threads: Option<i64>,
         question: impl Fn(DVec3, &mut Workspace, &mut Option<u32>) -> T + Sync + Send,
     ) -> PyResult<Vec<T>> {
-        if let Some(point) = points.iter().position(|point| !point.is_finite()) {
-            return Err(refused(format!("point {point} is not finite: {}", points[point])));
+        for (number, &point) in points.iter().enumerate() {
+            require_finite(number, point).map_err(refused)?;
         }
-        let pieces: Vec<&[DVec3]> = points.chunks(POLL_INTERVAL).collect();
+        let pieces: Vec<(usize, &[DVec3])> =
+            (0..).step_by(POLL_INTERVAL).zip(points.chunks(POLL_INTERVAL)).collect();
         let answer = |progress: Progress<'_>| {
             let steps = progress.steps(pieces.len());
-            let answers =
-                parallel::map_slice_with(&pieces, Workspace::default, |workspace, piece| {
-                    steps.advance(1)?;
+            let answers = parallel::map_slice_with(
+                &pieces,
+                Workspace::default,
+                |workspace, &(first, piece)| {
+                    steps.advance(1).map_err(|interrupted| interrupted.to_string())?;
                     let mut hint = None;
                     let mut answers = Vec::with_capacity(piece.len());
-                    for &point in *piece {
+                    for (number, &point) in piece.iter().enumerate() {
+                        // Another thread may write to the caller's array meanwhile.
+                        require_finite(first + number, point)?;
                         answers.push(question(point, workspace, &mut hint));
                     }
-                    Ok::<_, Interrupted>(answers)
-                });
-            let answers: Result<Vec<Vec<T>>, Interrupted> = answers.into_iter().collect();
-            Ok::<_, Interrupted>(answers?.into_iter().flatten().collect())
+                    Ok(answers)
+                },
+            );
+            let answers: Result<Vec<Vec<T>>, String> = answers.into_iter().collect();
+            Ok::<_, String>(answers?.into_iter().flatten().collect())
         };
         Call::new(threads, None)?.run(py, answer)
     }
+}
+
+fn require_finite(number: usize, point: DVec3) -> Result<(), String> {
+    if point.is_finite() { Ok(()) } else { Err(format!("point {number} is not finite: {point}")) }
 }

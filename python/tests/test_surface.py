@@ -1,5 +1,7 @@
 """Exact questions of points to one surface."""
 
+import threading
+
 import numpy as np
 import pytest
 from conftest import box, sphere
@@ -66,3 +68,12 @@ def test_two_surfaces_share_a_planted_box():
             a.depths(b, width=width)
     within = a.overlap(Surface(*box((4, 4, 4), (5, 5, 5))))
     assert within.total.volume == pytest.approx(1)
+
+
+def test_points_that_another_thread_spoils_are_refused_and_none_left_out():
+    surface, points = Surface(*sphere((0, 0, 0), 1, 60)), np.full((400_000, 3), 0.5)
+    spoil = threading.Timer(0.02, points.fill, [np.nan])
+    spoil.start()
+    with pytest.raises(InputError, match="finite"):
+        surface.closest_points(points, threads=1)
+    spoil.join()
