@@ -76,7 +76,7 @@ pub use self::mesh::{Mesh, Unread};
 pub use self::mesh_format::{MeshFormat, parse_mesh};
 pub use self::osim::{ModelBody, ModelMesh, OpenSimModel};
 pub use self::replace::{coordinate_precision, replace_positions};
-pub use self::source::{MAX_FILE_BYTES, MAX_STREAM_BYTES, read_file, read_text};
+pub use self::source::{MAX_FILE_BYTES, MAX_STREAM_BYTES, read_file, read_text, separator_advice};
 pub use self::space::Space;
 pub use self::text::escaped;
 pub use self::volume::Volume;

@@ -2,7 +2,7 @@
 
 use std::fs::File;
 use std::io::{self, Read};
-use std::path::Path;
+use std::path::{Path, is_separator};
 
 use crate::text::split_mark;
 
@@ -25,7 +25,7 @@ pub const MAX_STREAM_BYTES: u64 = 256 << 20;
 ///
 /// Errors of the operating system, and [`io::ErrorKind::FileTooLarge`] with the limit.
 pub fn read_file(path: &Path) -> io::Result<Vec<u8>> {
-    let file = File::open(path)?;
+    let file = File::open(path).map_err(|error| with_advice(error, path))?;
     let metadata = file.metadata()?;
     let (kind, limit) = if metadata.is_file() {
         ("file", MAX_FILE_BYTES)
@@ -47,6 +47,30 @@ pub fn read_file(path: &Path) -> io::Result<Vec<u8>> {
     // One byte more than allowed shows that there are too many.
     file.take(limit + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > limit { Err(too_large()) } else { Ok(bytes) }
+}
+
+/// Returns advice on a path whose folders this system does not separate as its author meant, to stand
+/// behind the problem that it causes.
+#[must_use]
+pub fn separator_advice(path: &Path) -> Option<&'static str> {
+    let path = path.to_string_lossy();
+    if path.contains('\\') && !is_separator('\\') {
+        return Some(
+            "the path has backslashes, which separate folders on Windows alone: write /, which does on \
+             all systems",
+        );
+    }
+    path.contains(char::is_control).then_some(
+        "the path has control characters, as where a backslash begins an escape: write / between folders",
+    )
+}
+
+/// Adds advice on the path to the error of a file that does not exist.
+fn with_advice(error: io::Error, path: &Path) -> io::Error {
+    match separator_advice(path).filter(|_| error.kind() == io::ErrorKind::NotFound) {
+        Some(advice) => io::Error::new(io::ErrorKind::NotFound, format!("{error}: {advice}")),
+        None => error,
+    }
 }
 
 /// Reads a text file, with the limits of [`read_file`], without the mark of UTF-8 that some editors

@@ -18,8 +18,13 @@ pub(crate) enum SceneProblem {
     SceneAmongOthers(PathBuf),
     #[error("two bodies are named '{name}': {first} and {second}; give them names in a scene file")]
     SameName { name: String, first: String, second: String },
-    #[error("the body of {file} is named '{name}', which cannot name an output file")]
-    BadName { name: String, file: String },
+    #[error("the body of {file} is named '{name}', which cannot name an output file{advice}")]
+    BadName {
+        name: String,
+        file: String,
+        /// Advice on the path that gave the name, behind a colon; empty where a name was given.
+        advice: String,
+    },
     #[error("no body is named '{name}': the bodies are {known}")]
     NoSuchBody { name: String, known: String },
     #[error("[[ignore]] pairs '{0}' with itself")]

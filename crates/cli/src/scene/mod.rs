@@ -9,7 +9,7 @@
 //!
 //! [[body]]
 //! name = "femur"          # default: the file's name without extension
-//! file = "femur.ply"      # relative to the folder of the scene file
+//! file = "femur.ply"      # relative to the folder of the scene file; / between folders
 //! kind = "rigid"          # or "open" (a sheet), or "deformable", the default
 //! follows = "femur_r"     # name in the motion; default: the body's name
 //! stiffness = 2.0         # for `resolve`: yields half as much as others; default: 1
@@ -160,8 +160,7 @@ impl SceneDescription {
     /// Parses a scene file in a folder; the meshes are not read.
     pub(crate) fn parse(text: &str, folder: &Path) -> Result<Self, SceneProblem> {
         // The parser's error quotes the line.
-        let mut scene: Self = toml::from_str(text)
-            .map_err(|error| SceneProblem::Syntax(error.to_string().trim_end().to_owned()))?;
+        let mut scene: Self = toml::from_str(text).map_err(|error| syntax_problem(&error))?;
         if scene.bodies.is_empty() {
             return Err(SceneProblem::NoBodies);
         }
@@ -227,9 +226,13 @@ impl SceneDescription {
     fn check_names(&self) -> Result<(), SceneProblem> {
         // A name must not lead to another folder, nor control a terminal.
         let is_in_file_name = |c: char| !matches!(c, '/' | '\\') && !c.is_control();
-        for (number, BodyDescription { name, file, .. }) in self.bodies.iter().enumerate() {
+        for (number, BodyDescription { name, file, path, .. }) in self.bodies.iter().enumerate() {
             if name.is_empty() || !name.chars().all(is_in_file_name) {
-                return Err(SceneProblem::BadName { name: name.clone(), file: file.clone() });
+                // A name that is that of the file is as the path gave it.
+                let advice = mesh_io::separator_advice(path).filter(|_| *name == stem(path));
+                let advice = advice.map(|advice| format!(": {advice}")).unwrap_or_default();
+                let (name, file) = (name.clone(), file.clone());
+                return Err(SceneProblem::BadName { name, file, advice });
             }
 
             // Both files are named, as either may be the mistake.
@@ -244,6 +247,15 @@ impl SceneDescription {
         }
         Ok(())
     }
+}
+
+/// Returns the refusal of a text that is no scene; a path of Windows in double quotes has escapes.
+fn syntax_problem(error: &toml::de::Error) -> SceneProblem {
+    let mut problem = error.to_string().trim_end().to_owned();
+    if error.message().contains("escaped value") {
+        problem += ": a backslash begins an escape: write / between folders";
+    }
+    SceneProblem::Syntax(problem)
 }
 
 fn is_scene_file(path: &Path) -> bool {

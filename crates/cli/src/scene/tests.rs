@@ -54,6 +54,11 @@ fn invalid_scenes_are_refused() {
         ("[[body]]\nfile = \"c.ply\"\nmass = 3\n", "unknown field `mass`"),
         ("[[body]]\nname = \"c\"\n", "missing field `file`"),
         ("[[body]]\nfile = \"c.ply\"\nname = \"../c\"\n", "cannot name an output file"),
+        ("[[body]]\nfile = \"x\\femur.ply\"\n", "output file: the path has control characters"),
+        (
+            "[[body]]\nfile = \"x\\old.ply\"\n",
+            "a backslash begins an escape: write / between folders",
+        ),
         ("unit = \n", "TOML parse error at line 1"),
     ];
     for (addition, expected) in cases {

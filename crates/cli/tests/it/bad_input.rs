@@ -20,6 +20,34 @@ fn ply(z_of_last: f32, index_of_last: i32) -> Vec<u8> {
     bytes
 }
 
+#[cfg(not(windows))]
+#[test]
+fn paths_with_backslashes_are_answered_by_slashes() {
+    let workshop = workshop();
+    let advice = "the path has backslashes, which separate folders on Windows alone: write /, which \
+                  does on all systems";
+    for (file, problem) in [
+        ("windows.toml", "x\\good.obj: cannot be read: No such file"),
+        ("nameless.toml", "nameless.toml: the body of x\\good.obj is named 'x\\good'"),
+        ("x\\good.obj", "the body of x\\good.obj is named 'x\\good'"),
+    ] {
+        let run = workshop.check(&[file]);
+        assert_eq!(run.status, 2, "{file}");
+        for part in [problem, advice] {
+            assert!(run.stderr.contains(part), "{file}: '{part}' is not in {}", run.stderr);
+        }
+    }
+    let run = workshop.check(&["escape.toml"]);
+    let advice = "the path has control characters, as where a backslash begins an escape: write / \
+                  between folders";
+    assert!(run.stderr.contains(advice), "{}", run.stderr);
+
+    // What is missing without them needs no advice, and a file that has them is read.
+    assert!(!workshop.check(&["missing.toml"]).stderr.contains("write /"));
+    workshop.write("x\\good.obj", tetrahedron(0.0, 1.0));
+    assert_eq!(workshop.check(&["windows.toml"]).status, 0);
+}
+
 /// A folder with good and bad files.
 fn workshop() -> Workshop {
     let workshop = Workshop::new();
@@ -38,6 +66,9 @@ fn workshop() -> Workshop {
     workshop.write("key.toml", scene("colour = \"red\"\n"));
     workshop.write("ignore.toml", scene("[[ignore]]\na = \"good\"\nb = \"tibia\"\n"));
     workshop.write("missing.toml", scene("[[body]]\nfile = \"tibia.ply\"\n"));
+    workshop.write("windows.toml", "[[body]]\nname = \"good\"\nfile = 'x\\good.obj'\n");
+    workshop.write("nameless.toml", "[[body]]\nfile = 'x\\good.obj'\n");
+    workshop.write("escape.toml", "[[body]]\nname = \"good\"\nfile = \"x\\food.obj\"\n");
     workshop.write("margin.toml", format!("margin = inf\n{}", scene("")));
     workshop.write("bodiless.toml", "unit = \"mm\"\n");
     workshop.write("broken.toml", "unit = mm\n");
