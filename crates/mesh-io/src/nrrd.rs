@@ -15,7 +15,7 @@ use glam::DVec3;
 use crate::ReadError;
 use crate::error::Format;
 use crate::stored_values::{StoredValues, common_value, node_count, single};
-use crate::text::{numbers, quoted};
+use crate::text::{Lines, numbers, quoted};
 
 const NRRD: Format = Format {
     name: "NRRD",
@@ -127,6 +127,11 @@ impl<'a> Header<'a> {
     fn cut(bytes: &'a [u8]) -> Result<(Self, &'a [u8]), ReadError> {
         if !bytes.starts_with(b"NRRD000") {
             return Err(NRRD.on_line(1, "does not begin with NRRD000 and a digit"));
+        }
+        if let Some(line) = Lines::new(bytes).next()
+            && bytes.get(line.text.len()) == Some(&b'\r')
+        {
+            return Err(NRRD.on_line(1, "ends with a carriage return alone, not with a line feed"));
         }
 
         // One field, key or comment per line, up to an empty line; the first is the magic.

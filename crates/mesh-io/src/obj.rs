@@ -11,7 +11,7 @@ use glam::DVec3;
 use crate::copy::{Copy, Precision, check_count, check_range, position as position_of};
 use crate::error::Format;
 use crate::mesh::{Mesh, Polygons};
-use crate::text::{Lines, number, placed_words, quoted, words};
+use crate::text::{Line, Lines, number, placed_words, quoted, words};
 use crate::{ReadError, Space};
 
 const OBJ: Format = Format { name: "OBJ", remedy: "save it as PLY" };
@@ -58,7 +58,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
     let mut corners = Vec::new();
 
     // Words other than these two concern normals, groups, materials and the like.
-    for (line, text) in (1..).zip(bytes.split(|&byte| byte == b'\n')) {
+    for Line { number: line, text, .. } in Lines::new(bytes) {
         let mut words = words(text);
         match words.next() {
             Some(b"v") => positions.push(position(line, words)?),

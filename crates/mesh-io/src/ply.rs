@@ -14,7 +14,7 @@ use ply_rs_bw::ply::{
 use crate::mesh::{Mesh, Polygons, Unread};
 use crate::ply_binary::{read_faces, read_vertices};
 use crate::ply_header::{PLY, is_corner_list, with_plain_names};
-use crate::text::quoted;
+use crate::text::{line_number, quoted};
 use crate::{FilePlace, ReadError, Space, ply_text};
 
 /// Returns a surface as a binary file.
@@ -113,8 +113,8 @@ fn unread(file: &[u8], rest: &[u8], encoding: Encoding) -> Option<Unread> {
     // The first line with content, behind blank ones.
     let content = rest.trim_ascii_start();
     let start = file.len() - content.len();
-    let line = 1 + file[..start].iter().filter(|&&byte| byte == b'\n').count();
-    let unread = Unread { place: FilePlace::Line(line), bytes: content.len() };
+    let place = FilePlace::Line(line_number(file, start));
+    let unread = Unread { place, bytes: content.len() };
     (!content.is_empty()).then_some(unread)
 }
 

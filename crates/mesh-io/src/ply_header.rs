@@ -3,16 +3,19 @@
 //! The format separates names by blanks and says no more of them. The parser takes letters, digits
 //! and few signs, and keeps one property per name. So a name that is declared twice is refused, since
 //! values would be missing and those behind them shifted, and others are replaced by names of the same
-//! length that the parser takes.
+//! length that the parser takes. So are carriage returns that end lines, which it does not take either.
 
 use std::borrow::Cow;
 use std::ops::Range;
 
 use crate::ReadError;
 use crate::error::Format;
-use crate::text::{Lines, PlacedWord, placed_words, quoted};
+use crate::text::{Lines, PlacedWord, ends_line, placed_words, quoted};
 
 pub(crate) const PLY: Format = Format { name: "PLY", remedy: "save it as binary PLY of triangles" };
+
+/// First line of a file.
+const MAGIC: &[u8] = b"ply";
 
 /// Names that mean something here, which no other name may become.
 const KNOWN: [&[u8]; 7] =
@@ -38,10 +41,16 @@ pub(crate) fn with_plain_names(file: &[u8]) -> Result<Cow<'_, [u8]>, ReadError> 
     let (mut elements, mut properties) = (Names::default(), Names::default());
     let mut edits: Vec<(Range<usize>, Vec<u8>)> = Vec::new();
     for line in Lines::new(file) {
+        edits.extend(return_at(file, line.start + line.text.len()));
         let mut words = placed_words(line.text, line.start);
         let Some(keyword) = words.next() else { continue };
         let name = match keyword.text {
-            b"end_header" => break,
+            b"end_header" => {
+                // The content of a binary file may begin with a line feed, which ends no line.
+                let last = return_at(file, keyword.place.end);
+                edits.extend(last.filter(|_| ends_line(file, MAGIC.len())));
+                break;
+            }
             b"comment" | b"obj_info" if !line.text.is_ascii() => {
                 edits.push((line.start..line.start + line.text.len(), plain_text(line.text)));
                 None
@@ -65,6 +74,11 @@ pub(crate) fn with_plain_names(file: &[u8]) -> Result<Cow<'_, [u8]>, ReadError> 
         file.to_mut()[place].copy_from_slice(&content);
     }
     Ok(file)
+}
+
+/// Returns the edit that puts a line feed in the place of a carriage return.
+fn return_at(file: &[u8], at: usize) -> Option<(Range<usize>, Vec<u8>)> {
+    (file.get(at) == Some(&b'\r')).then(|| (at..at + 1, vec![b'\n']))
 }
 
 /// Returns true for the name of the corners of a face.

@@ -15,7 +15,7 @@ use crate::copy::{Copy, Precision, check_count, check_range};
 use crate::error::Format;
 use crate::mesh::{Mesh, Polygons, Unread};
 use crate::stored_values::single;
-use crate::text::{Lines, number, placed_words, quoted, words};
+use crate::text::{Line, Lines, number, placed_words, quoted, words};
 use crate::{FilePlace, ReadError, Space};
 
 const STL: Format = Format { name: "STL", remedy: "save it as PLY" };
@@ -59,7 +59,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
 /// Returns the text before the facets: the first line of a text file, the first 80 bytes of a binary one.
 fn header(bytes: &[u8]) -> &[u8] {
     if is_text(bytes) {
-        return bytes.split(|&byte| byte == b'\n').next().unwrap_or_default();
+        return Lines::new(bytes).next().map_or(&[], |line| line.text);
     }
     bytes.get(..HEADER - 4).unwrap_or_default()
 }
@@ -191,7 +191,7 @@ fn parse_ascii(bytes: &[u8]) -> Result<Merged, ReadError> {
     let (mut ended, mut last_line) = (false, 0);
 
     // Keywords that only frame the vertices of a facet are skipped.
-    for (line, text) in (1..).zip(bytes.split(|&byte| byte == b'\n')) {
+    for Line { number: line, text, .. } in Lines::new(bytes) {
         last_line = line;
         let mut words = words(text);
         let keyword = words.next().map(<[u8]>::to_ascii_lowercase);

@@ -18,6 +18,35 @@ pub(crate) fn split_mark(file: &[u8]) -> (&[u8], &[u8]) {
     file.split_at(end)
 }
 
+/// Returns true if a byte of a text ends a line: a line feed, or a carriage return without one behind
+/// it. Some programs write two returns before a line feed.
+pub(crate) fn ends_line(text: &[u8], at: usize) -> bool {
+    match text.get(at..) {
+        Some([b'\n', ..]) => true,
+        Some([b'\r', b'\n', ..] | [b'\r', b'\r', b'\n', ..]) => false,
+        Some([b'\r', ..]) => true,
+        _ => false,
+    }
+}
+
+/// Returns the length of the first line of a text.
+fn end_of_line(text: &[u8]) -> usize {
+    let mut end = 0;
+    while let Some(found) = text[end..].iter().position(|byte| matches!(byte, b'\n' | b'\r')) {
+        end += found;
+        if ends_line(text, end) {
+            return end;
+        }
+        end += 1;
+    }
+    text.len()
+}
+
+/// Returns the number of the line that a byte of a text file is in, counted from 1.
+pub(crate) fn line_number(file: &[u8], byte: usize) -> usize {
+    Lines::new(file).take_while(|line| line.start <= byte).count()
+}
+
 /// Line of a text file.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Line<'a> {
@@ -29,6 +58,9 @@ pub(crate) struct Line<'a> {
 }
 
 /// Lines of a text file with their places.
+///
+/// A line ends with a line feed, or with a carriage return alone, as on old Macs. Returns before a line
+/// feed are part of the line.
 #[derive(Clone, Debug)]
 pub(crate) struct Lines<'a> {
     bytes: &'a [u8],
@@ -52,8 +84,7 @@ impl<'a> Iterator for Lines<'a> {
 
     fn next(&mut self) -> Option<Line<'a>> {
         let rest = self.bytes.get(self.start..).filter(|rest| !rest.is_empty())?;
-        let end = rest.iter().position(|&byte| byte == b'\n');
-        let text = &rest[..end.unwrap_or(rest.len())];
+        let text = &rest[..end_of_line(rest)];
         self.number += 1;
         let line = Line { number: self.number, start: self.start, text };
         self.start += text.len() + 1;

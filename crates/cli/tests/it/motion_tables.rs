@@ -31,11 +31,14 @@ fn tables_of_poses_replay_as_maps_do() {
         "down.csv",
         "time,body,qw,qx,qy,qz,x,y,z\n0,n,0,1,0,0,0,0,7\n0.25,n,0,1,0,0,0,0,3\n",
     );
+    for (old, file) in [("old.sto", "down.sto"), ("old.csv", "down.csv")] {
+        workshop.write(old, workshop.read(file).replace('\n', "\r"));
+    }
     workshop.run("motion", &["scene.toml", "--json", "maps.json"]);
     let maps = json(&workshop, "maps.json");
     let expected = maps["frames"][1]["step"]["free_step"].as_f64().expect("a number");
 
-    for file in ["down.sto", "down.csv"] {
+    for file in ["down.sto", "down.csv", "old.sto", "old.csv"] {
         let arguments =
             ["scene.toml", "--motion", file, "--follow", "needle=n", "--json", "m.json"];
         let run = workshop.run("motion", &arguments);
@@ -52,6 +55,8 @@ fn tables_of_poses_replay_as_maps_do() {
         .replace("file = \"needle.obj\"\n", "file = \"needle.obj\"\nfollows = \"n\"\n");
     workshop.write("follows.toml", follows.replace("down.json", "down.sto"));
     assert_eq!(workshop.run("motion", &["follows.toml"]).status, 1);
+    workshop.write("old.toml", workshop.read("follows.toml").replace('\n', "\r"));
+    assert_eq!(workshop.run("motion", &["old.toml"]).status, 1);
     let run = workshop.run("motion", &["follows.toml", "--motion-unit", "mm"]);
     assert_eq!(run.status, 0, "a move of 0.004: {}", run.stdout);
 }

@@ -328,6 +328,7 @@ fn bad_files_are_refused_with_the_place() {
         (with(&nrrd, "2 3 4", "-2 3 4"), "field 'sizes': '-2 3 4' is not three counts"),
         (with(&nrrd, "2 3 4", "1 6 4"), "nodes per axis is 1"),
         (with(&nrrd, "NRRD0004", "NIFTI"), "line 1: does not begin with NRRD000"),
+        (with(&nrrd, "NRRD0004\n", "NRRD0004\r"), "line 1: ends with a carriage return alone"),
         (with(&nrrd, "type: float", "type: uchar"), "values of type 'uchar' cannot be read"),
         (with(&nrrd, "type: float\n", ""), "field 'type': is missing"),
         (with(&nrrd, "encoding: raw", "encoding: bzip2"), "data encoded as 'bzip2'"),

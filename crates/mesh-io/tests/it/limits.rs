@@ -43,4 +43,6 @@ fn text_is_utf_8() {
         std::fs::write(&path, format!("{mark}unit = \"µm\"")).unwrap();
         assert_eq!(read_text(&path).unwrap(), "unit = \"µm\"");
     }
+    std::fs::write(&path, "# a\r\rb = 1\r\nc = 2\r\r\nd = 3\r").unwrap();
+    assert_eq!(read_text(&path).unwrap(), "# a\n\nb = 1\r\nc = 2\r\r\nd = 3\n");
 }

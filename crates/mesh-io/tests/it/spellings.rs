@@ -27,6 +27,81 @@ fn stl_keywords_are_read_in_any_case() {
     assert!(error.contains("line 6: a vertex needs three coordinates"), "{error}");
 }
 
+/// Returns a file in which lines end with a carriage return alone.
+fn with_returns(file: &[u8]) -> Vec<u8> {
+    file.iter().map(|&byte| if byte == b'\n' { b'\r' } else { byte }).collect()
+}
+
+/// As on Macs of the last century, and by some exporters since.
+#[test]
+fn lines_may_end_with_a_carriage_return() {
+    let mesh = [&CORNERS[..], &[DVec3::Z]].concat();
+    let tetrahedron = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+    let nodes = "1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 0.5, 0\n4, 0, 0, 1\n";
+    let inp = format!("*Heading\n** a\n*Node\n{nodes}*Element, type=C3D4\n7, 1,\n2, 3, 4\n");
+    let msh = format!(
+        "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n4\n{}$EndNodes\n$Elements\n1\n\
+         1 4 0 1 2 3 4\n$EndElements\n",
+        nodes.replace(',', "")
+    );
+    let comment = |format: MeshFormat| {
+        let file = String::from_utf8(format.encode(&mesh, &tetrahedron)).expect("text");
+        if format == MeshFormat::Obj { format!("# SPACE=RAS\n\n{file}") } else { file }
+    };
+    let ply = "ply\nformat ascii 1.0\ncomment a[\nelement vertex 4\nproperty double x\n\
+               property double y\nproperty double z\nelement face 4\n\
+               property list uchar int vertex_index\nend_header\n0 0 0\n1 0 0\n0 .5 0\n0 0 1\n\
+               3 0 2 1\n3 0 1 3\n3 1 2 3\n3 2 0 3\n";
+    for (extension, file) in [
+        ("obj", comment(MeshFormat::Obj)),
+        ("stl", comment(MeshFormat::Stl).replacen("surface", "SPACE=RAS", 1)),
+        ("vtp", comment(MeshFormat::Vtp)),
+        ("ply", ply.to_owned()),
+        ("ply", format!("{ply}\n\n")),
+        ("inp", inp),
+        ("msh", msh),
+    ] {
+        let plain = parse_mesh(file.as_bytes(), extension).expect(extension);
+        let moved: Vec<_> = plain.positions.iter().map(|x| *x + DVec3::Z).collect();
+        let written = replace_positions(file.as_bytes(), extension, &moved).expect(extension);
+        let returns = with_returns(file.as_bytes());
+        assert_eq!(parse_mesh(&returns, extension).expect(extension), plain, "{extension}");
+        let replaced = replace_positions(&returns, extension, &moved).expect(extension);
+        assert_eq!(replaced, with_returns(&written), "{extension}");
+
+        // One line that ends otherwise, as of files that are put together, changes nothing.
+        let mut mixed = returns.clone();
+        let last = mixed.iter().rposition(|&byte| byte == b'\r').expect("a line");
+        mixed[last] = b'\n';
+        assert_eq!(parse_mesh(&mixed, extension).expect(extension), plain, "{extension}");
+    }
+
+    // Lines are counted, and two returns before a line feed are one end of a line.
+    let refused = with_returns(b"v 0 0 0\n\nv 1 0 0\nv 0 1\nf 1 2 3\n");
+    assert!(refusal(parse_mesh(&refused, "obj")).contains("line 4: a vertex needs three"));
+    let doubled = b"v 0 0 0\r\r\nv 1 0 0\r\nv 0 1\r\r\nf 1 2 3\r\r\n";
+    assert!(refusal(parse_mesh(doubled, "obj")).contains("line 3: a vertex needs three"));
+    let longer = with_returns(format!("{ply}\n  more\n").as_bytes());
+    let unread = parse_mesh(&longer, "ply").expect("a mesh").unread.expect("more");
+    assert_eq!(unread.to_string(), "5 bytes from line 20 on, behind the declared end, not read");
+}
+
+/// Bytes behind a header are no lines, whatever they are.
+#[test]
+fn binary_content_has_no_lines() {
+    let corners = CORNERS.map(|x| x + DVec3::X * f64::from_le_bytes(*b"\n\r\n\r\r\n\0\x40"));
+    let file = MeshFormat::Ply.encode(&corners, &[[0, 1, 2]]);
+    let header = file.windows(11).position(|window| window == b"end_header\n").expect("an end");
+    let returns = [with_returns(&file[..header + 11]), file[header + 11..].to_vec()].concat();
+    for file in [&file, &returns] {
+        let mesh = parse_mesh(file, "ply").expect("a mesh");
+        assert_eq!((&mesh.positions[..], mesh.unread), (&corners[..], None));
+        let moved = replace_positions(file, "ply", &CORNERS).expect("a file");
+        assert_eq!(parse_mesh(&moved, "ply").expect("a mesh").positions, CORNERS);
+        assert_eq!(moved[..header + 11], file[..header + 11]);
+    }
+}
+
 /// Returns a text file with a list of properties and the values of the vertices.
 fn ply(properties: &str, vertices: &str) -> String {
     format!(
