@@ -187,7 +187,7 @@ fn read_meshes(description: &SceneDescription) -> Result<Vec<Inspected>, Failure
             Ok((space, mesh)) => {
                 spaces.extend(space.map(|space| (body, space)));
                 if let Ok(InspectedMesh { record, .. }) = &mesh {
-                    warn_of_unread(&body.path, record.unread.as_ref());
+                    warn_of_rest(&body.path, record.unread.as_ref(), record.skipped.as_ref());
                 }
                 meshes.push(mesh);
             }
@@ -218,10 +218,17 @@ fn file_length(body: &BodyDescription) -> f64 {
     std::fs::metadata(&body.path).map_or(0.0, |file| file.len() as f64)
 }
 
-/// Warns of content that a mesh file has behind its declared end, whatever the command.
-fn warn_of_unread(path: &Path, unread: Option<&impl Display>) {
+/// Warns of content that a mesh file has behind its declared end, and of elements that are no part of
+/// the mesh, whatever the command.
+fn warn_of_rest(path: &Path, unread: Option<&impl Display>, skipped: Option<&impl Display>) {
+    let warn = |problem: &dyn Display| {
+        terminal::print_line("warning", &format!("{}: {problem}", path.display()));
+    };
     if let Some(unread) = unread {
-        terminal::print_line("warning", &format!("{}: {unread}", path.display()));
+        warn(unread);
+    }
+    if let Some(skipped) = skipped {
+        warn(skipped);
     }
 }
 
@@ -238,7 +245,7 @@ impl LoadedSurface {
     pub(crate) fn read(path: &Path) -> Result<Self, Failure> {
         let _phase = Phase::start("reading");
         let mesh = mesh_io::read_mesh(path)?;
-        warn_of_unread(path, mesh.unread.as_ref());
+        warn_of_rest(path, mesh.unread.as_ref(), mesh.skipped.as_ref());
 
         let Mesh { positions, faces, space, .. } = mesh;
         let refused = |error: SurfaceError| Failure::in_file(path, error);
@@ -288,6 +295,7 @@ impl InspectedMesh {
             kind: body.kind,
             polygons_fanned: mesh.polygons_fanned,
             unread: mesh.unread.as_ref().map(ToString::to_string),
+            skipped: mesh.skipped.as_ref().map(ToString::to_string),
             closed: inspection.closed(),
             manifold: inspection.manifold(),
             oriented: inspection.oriented(),

@@ -2,8 +2,8 @@
 //!
 //! This reader is not a crate's: there is none, and a file is written again with other coordinates
 //! and all else as it was. Solids of other physics and continuum shells count as solids of their
-//! shape. Elements without volume, plane ones, and reference points of the assembly are skipped. Solids of
-//! other shapes are refused, and so are files whose nodes are generated, included, or placed by more
+//! shape. Elements without volume, plane ones, and those of unknown types are skipped and counted, reference
+//! points of the assembly are skipped. Solids of other shapes are refused, and so are files whose nodes are generated, included, or placed by more
 //! than one part or instance.
 //!
 //! Source: "Abaqus Keywords Reference Guide", `*NODE` and `*ELEMENT`; "Input syntax rules"; "Abaqus
@@ -11,12 +11,12 @@
 
 use volume_mesh::Cell;
 
-use crate::ReadError;
 use crate::error::Format;
 use crate::mesh::Mesh;
 use crate::text::{Line, Lines, number, placed_fields, quoted};
 use crate::text_nodes::TextNodes;
 use crate::volume::NumberedCells;
+use crate::{ReadError, SkippedElements};
 
 const INP: Format = Format {
     name: "INP",
@@ -39,7 +39,8 @@ const OTHER_VOLUMES: [&str; 8] =
 /// Reads the nodes and solid elements of an input file.
 pub(crate) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
     let content = parse_content(bytes)?;
-    Mesh::of_volume(content.nodes.numbered, content.cells)
+    let mesh = Mesh::of_volume(content.nodes.numbered, content.cells)?;
+    Ok(Mesh { skipped: content.skipped.if_any(), ..mesh })
 }
 
 /// Reads the nodes with the places of their coordinates.
@@ -53,6 +54,8 @@ enum Block {
     Nodes,
     Tetrahedra,
     Hexahedra,
+    /// Elements of a type that is no solid.
+    OtherElements,
     /// Way in which an instance is placed.
     Placement,
     Skipped,
@@ -69,6 +72,11 @@ struct InpContent {
     is_in_assembly: bool,
     /// Number and nodes of an element whose data lines go on.
     element: Vec<u64>,
+    skipped: SkippedElements,
+    /// Type of elements that are skipped.
+    skipped_kind: String,
+    /// True if the data lines of a skipped element go on.
+    is_skipping: bool,
 }
 
 fn parse_content(bytes: &[u8]) -> Result<InpContent, ReadError> {
@@ -82,6 +90,7 @@ fn parse_content(bytes: &[u8]) -> Result<InpContent, ReadError> {
         }
         if text.starts_with(b"*") {
             content.check_complete(line.number)?;
+            content.is_skipping = false;
             block = content.keyword(text)?;
             continue;
         }
@@ -89,6 +98,7 @@ fn parse_content(bytes: &[u8]) -> Result<InpContent, ReadError> {
         match block {
             Block::Nodes => content.read_node(&line)?,
             Block::Tetrahedra | Block::Hexahedra => content.read_element(&line, block)?,
+            Block::OtherElements => content.skip_element(&line),
             Block::Placement => return Err(INP.unsupported("an instance that is placed anew")),
             Block::Skipped => {}
         }
@@ -114,10 +124,14 @@ impl InpContent {
             "NODE" if self.is_in_assembly => Ok(Block::Skipped),
             "NODE" => Ok(Block::Nodes),
             "ELEMENT" => {
-                let block = element_block(words.find_map(|word| word.strip_prefix("TYPE=")))?;
-                if self.is_in_assembly && block != Block::Skipped {
+                let Some(kind) = words.find_map(|word| word.strip_prefix("TYPE=")) else {
+                    return Err(INP.unsupported("a line *ELEMENT without a type"));
+                };
+                let block = element_block(kind)?;
+                if self.is_in_assembly && block != Block::OtherElements {
                     return Err(INP.unsupported("solid elements of an assembly"));
                 }
+                kind.clone_into(&mut self.skipped_kind);
                 Ok(block)
             }
             "ASSEMBLY" | "ENDASSEMBLY" | "ENDINSTANCE" => {
@@ -179,6 +193,14 @@ impl InpContent {
         Ok(())
     }
 
+    /// Counts an element of which this is the first line.
+    fn skip_element(&mut self, line: &Line<'_>) {
+        if !self.is_skipping {
+            self.skipped.add(&self.skipped_kind);
+        }
+        self.is_skipping = line.text.trim_ascii_end().ends_with(b",");
+    }
+
     /// Refuses an element that goes on where its block ends.
     fn check_complete(&self, line: usize) -> Result<(), ReadError> {
         match self.element.first() {
@@ -200,17 +222,14 @@ fn check_parameters<'a>(words: impl Iterator<Item = &'a str>) -> Result<(), Read
 }
 
 /// Returns the block of an element type; letters behind the shape concern the integration.
-fn element_block(kind: Option<&str>) -> Result<Block, ReadError> {
-    let Some(kind) = kind else {
-        return Err(INP.unsupported("a line *ELEMENT without a type"));
-    };
+fn element_block(kind: &str) -> Result<Block, ReadError> {
     let shapes = SOLIDS.iter().filter_map(|family| kind.strip_prefix(family));
     let mut shapes = shapes.map(|shape| shape.trim_end_matches(|c: char| c.is_ascii_alphabetic()));
     let is_other = OTHER_VOLUMES.iter().any(|family| kind.starts_with(family));
     match shapes.next() {
         Some("4") => Ok(Block::Tetrahedra),
         Some("8") => Ok(Block::Hexahedra),
-        None if !is_other => Ok(Block::Skipped),
+        None if !is_other => Ok(Block::OtherElements),
         _ => Err(INP.unsupported(format!("elements of type {}", quoted(kind)))),
     }
 }
@@ -270,13 +289,16 @@ mod tests {
             let error = cells(&format!("*Element, type={kind}\n8, 1, 2, 3\n")).expect_err(kind);
             assert!(error.to_string().contains(&format!("elements of type '{kind}'")), "{error}");
         }
-        for kind in ["S4R", "M3D4", "R3D3", "SFM3D4", "T3D2", "B31", "CONN3D2", "DCOUP3D", "CPE4"] {
-            assert_eq!(
-                cells(&format!("*Element, type={kind}\n8, 1, 2\n")).expect(kind),
-                1,
-                "{kind}"
-            );
+        for kind in
+            ["S4R", "M3D4", "R3D3", "SFM3D4", "T3D2", "B31", "CONN3D2", "DCOUP3D", "CPE4", "U1"]
+        {
+            let behind = format!("*Element, type={kind}\n8, 1, 2,\n3\n9, 1, 2\n");
+            assert_eq!(cells(&behind).expect(kind), 1, "{kind}");
+            let skipped = parse(around("", &behind).as_bytes()).expect(kind).skipped;
+            let counts = skipped.expect(kind).counts;
+            assert_eq!(counts.into_iter().collect::<Vec<_>>(), [(kind.to_owned(), 2)]);
         }
+        assert_eq!(parse(around("", "").as_bytes()).expect("a mesh").skipped, None);
     }
 
     /// An assembly numbers its reference points by itself.

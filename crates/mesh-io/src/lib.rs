@@ -21,7 +21,7 @@
 //! report can be found in the file. Nothing is repaired: any list of faces with valid
 //! indices is a mesh, whatever its defects. Positions are as the file has them, in the space that it may
 //! state ([`Mesh::space`]). Content behind the end that a header declares
-//! is reported ([`Mesh::unread`]). Every refusal names the place in the file and, from
+//! is reported ([`Mesh::unread`]), and so are elements that are no solids ([`Mesh::skipped`]). Every refusal names the place in the file and, from
 //! [`read_mesh`] and [`read_field`], the file. Control characters in quoted text are
 //! escaped, and a file that never ends is refused ([`MAX_STREAM_BYTES`]).
 //!
@@ -56,6 +56,7 @@ mod ply_header;
 mod ply_replace;
 mod ply_text;
 mod replace;
+mod skipped;
 mod source;
 mod space;
 mod stl;
@@ -76,6 +77,7 @@ pub use self::mesh::{Mesh, Unread};
 pub use self::mesh_format::{MeshFormat, parse_mesh};
 pub use self::osim::{ModelBody, ModelMesh, OpenSimModel};
 pub use self::replace::{coordinate_precision, replace_positions};
+pub use self::skipped::SkippedElements;
 pub use self::source::{MAX_FILE_BYTES, MAX_STREAM_BYTES, read_file, read_text, separator_advice};
 pub use self::space::Space;
 pub use self::text::escaped;

@@ -11,7 +11,7 @@ use surface::triangle;
 use volume_mesh::VolumeMesh;
 
 use crate::volume::{NumberedCells, NumberedNodes, Volume};
-use crate::{FilePlace, ReadError, Space};
+use crate::{FilePlace, ReadError, SkippedElements, Space};
 
 /// Triangle mesh of a file: every index is below the number of vertices, every
 /// coordinate is finite, and there is at least one face.
@@ -25,6 +25,8 @@ pub struct Mesh {
     pub polygons_fanned: usize,
     /// Content of the file behind the end that its header declares.
     pub unread: Option<Unread>,
+    /// Elements of an Abaqus file that are no part of the volume mesh.
+    pub skipped: Option<SkippedElements>,
     /// Space of the positions, where the file states one.
     pub space: Option<Space>,
     /// Volume mesh whose boundary this is, of a file with tetrahedra or hexahedra.
@@ -78,8 +80,7 @@ impl Mesh {
 
         // Triangles stay as they are, larger polygons become fans, in the order of the file.
         let faces = Vec::with_capacity(polygons.ends.len());
-        let mut mesh =
-            Self { positions, faces, polygons_fanned: 0, unread: None, space: None, volume: None };
+        let mut mesh = Self::new(positions, faces, None);
         let (mut corners, mut start) = (Vec::new(), 0);
 
         for (face, &end) in polygons.ends.iter().enumerate() {
@@ -105,8 +106,20 @@ impl Mesh {
 
         let (positions, faces) = (boundary.positions(&nodes), boundary.faces.clone());
         let volume = Volume { mesh, nodes, boundary, node_numbers, cell_numbers: cells.numbers };
-        let volume = Some(volume);
-        Ok(Self { positions, faces, polygons_fanned: 0, unread: None, space: None, volume })
+        Ok(Self::new(positions, faces, Some(volume)))
+    }
+
+    /// Returns a mesh of a file of which nothing else is told.
+    fn new(positions: Vec<DVec3>, faces: Vec<[u32; 3]>, volume: Option<Volume>) -> Self {
+        Self {
+            positions,
+            faces,
+            polygons_fanned: 0,
+            unread: None,
+            skipped: None,
+            space: None,
+            volume,
+        }
     }
 
     fn push_fan(&mut self, face: usize, corners: &[u32]) -> Result<(), ReadError> {

@@ -46,6 +46,9 @@ pub(crate) struct BodyRecord {
     /// Content of the file behind the end that its header declares, in words.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) unread: Option<String>,
+    /// Elements of the file that are no part of its volume mesh, in words.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) skipped: Option<String>,
     pub(crate) closed: bool,
     pub(crate) manifold: bool,
     pub(crate) oriented: bool,
@@ -85,6 +88,7 @@ impl BodyRecord {
             notes.push(counted(self.polygons_fanned, "polygon") + " split into triangles");
         }
         notes.extend(self.unread.clone());
+        notes.extend(self.skipped.clone());
         notes.extend(self.volume_mesh.iter().filter_map(VolumeRecord::defect));
         if self.volume().is_some_and(|volume| volume < 0.0) {
             notes.push("inside out: its volume is negative".to_owned());

@@ -147,3 +147,23 @@ fn inverted_elements_are_named_by_their_number() {
     let check = workshop.check(&["muscle.inp"]);
     assert!(check.stdout.contains("1 element inverted or flat"), "{}", check.stdout);
 }
+
+/// Shells, lines and types that are not known may be what a body lacks.
+#[test]
+fn elements_that_are_left_out_are_counted_by_type() {
+    let workshop = Workshop::new();
+    let elements = "*Element, type=S3R\n901, 101, 102, 103\n902, 102, 103, 104\n*Element, type=U7\n\
+                    911, 101, 102,\n103, 104\n*Element, type=s3r\n903, 101, 102, 104\n";
+    let solid = inp(&Block::new(DVec3::ONE, [1; 3]), false);
+    workshop.write("bone.inp", solid.replace("*Nset", &format!("{elements}*Nset")));
+    workshop.write("plain.inp", solid);
+    let text = "3 elements of type 'S3R', 1 element of type 'U7' left out, which are no solids";
+    let run = workshop.check(&["bone.inp", "--json", "o.json"]);
+    assert_eq!((run.status, run.stderr), (0, format!("warning: bone.inp: {text}\n")));
+    for content in [run.stdout, workshop.read("o.json")] {
+        assert!(content.contains(text), "{content}");
+    }
+    let run = workshop.run("field", &["bone.inp"]);
+    assert!(run.stderr.starts_with(&format!("warning: bone.inp: {text}\n")), "{}", run.stderr);
+    assert_eq!(workshop.check(&["plain.inp"]).stderr, "");
+}

@@ -40,6 +40,7 @@ fn expected() -> Mesh {
         faces: triangles,
         polygons_fanned: 1,
         unread: None,
+        skipped: None,
         space: None,
         volume: None,
     }

@@ -171,7 +171,15 @@ fn deflated(block: &[u8]) -> Vec<u8> {
 fn planted() -> Mesh {
     let positions = COORDINATES.as_chunks::<3>().0.iter().map(|p| DVec3::from_array(*p)).collect();
     let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
-    Mesh { positions, faces, polygons_fanned: 0, unread: None, space: None, volume: None }
+    Mesh {
+        positions,
+        faces,
+        polygons_fanned: 0,
+        unread: None,
+        skipped: None,
+        space: None,
+        volume: None,
+    }
 }
 
 fn read(bytes: &[u8]) -> Result<Mesh, ReadError> {
