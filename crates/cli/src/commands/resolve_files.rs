@@ -8,7 +8,7 @@
 use std::path::Path;
 
 use glam::DVec3;
-use mesh_io::{Mesh, MeshFormat, Precision, ReadError, Volume};
+use mesh_io::{Mesh, MeshFormat, Precision, ReadError, Space, Volume};
 use musculo_collide::volume_mesh::{FollowParams, Followed};
 use musculo_collide::{BodyId, Progress, Scene};
 
@@ -159,7 +159,9 @@ impl BodyFile {
 /// Returns a file with other positions, and the mesh that others read from it.
 ///
 /// Polygons are split into triangles by where their corners are. If they are split otherwise at the new
-/// positions, the file has the triangles in their place, and nothing else.
+/// positions, the file has the triangles in their place, and nothing else. Corners of STL facets are one
+/// vertex where they are equal. If vertices are one in the single precision of a binary file, the file
+/// has text in double precision.
 fn rewritten(
     path: &Path,
     original: &[u8],
@@ -171,21 +173,41 @@ fn rewritten(
     let content = mesh_io::replace_positions(original, &extension, positions).map_err(refused)?;
 
     // Parsed as others will read it: positions are rounded to the number type of the file.
-    let (content, mesh) = match mesh_io::parse_mesh(&content, &extension) {
-        Ok(mesh) if mesh.polygons_fanned == 0 || mesh.faces == faces => (content, mesh),
+    let content = match mesh_io::parse_mesh(&content, &extension) {
+        Ok(mesh) if mesh.faces == faces => return Ok((content, mesh)),
+        Ok(mesh) if mesh.polygons_fanned == 0 => as_stl_text(path, mesh.space, positions, faces),
         Ok(_) | Err(ReadError::NotFannable { .. }) => {
-            let content = as_triangles(path, original, positions, faces)?;
-            let mesh = mesh_io::parse_mesh(&content, &extension).map_err(refused)?;
-            (content, mesh)
+            as_triangles(path, original, positions, faces)?
         }
         Err(error) => return Err(refused(error)),
     };
+    let mesh = mesh_io::parse_mesh(&content, &extension).map_err(refused)?;
     if mesh.faces == faces {
         return Ok((content, mesh));
     }
-    let problem = "vertices that were moved are one in the precision of the file: save it in double \
-                   precision first";
-    Err(Failure::in_file(path, problem))
+    Err(Failure::in_file(
+        path,
+        "vertices that were moved are one, which an STL file cannot tell apart",
+    ))
+}
+
+/// Returns an STL file of text in the place of a binary one, and warns of it.
+fn as_stl_text(
+    path: &Path,
+    space: Option<Space>,
+    positions: &[DVec3],
+    faces: &[[u32; 3]],
+) -> Vec<u8> {
+    let problem = "vertices that were moved are one in single precision: the file that is written is \
+                   text, in double precision";
+    terminal::print_line("warning", &format!("{}: {problem}", path.display()));
+
+    // A space stands in the first line.
+    let mut content = MeshFormat::Stl.encode(positions, faces);
+    if let (Some(space), Some(end)) = (space, content.iter().position(|&byte| byte == b'\n')) {
+        content.splice(end..end, format!(" SPACE={space}").into_bytes());
+    }
+    content
 }
 
 /// Returns a file of triangles in the place of one with polygons, and warns of what it leaves out.
@@ -321,6 +343,52 @@ mod tests {
         let (faces, file) = written("obj", star.as_bytes(), DVec3::new(2.0, 9.0, 0.0));
         let again = mesh_io::parse_mesh(&file.content, "obj").expect("a mesh");
         assert_eq!((again.faces, again.polygons_fanned), (faces, 0));
+    }
+
+    /// Returns a binary STL file of a tetrahedron.
+    fn binary_stl(header: &str, size: f32) -> Vec<u8> {
+        let corners = [[0.0; 3], [size, 0.0, 0.0], [0.0, size, 0.0], [0.0, 0.0, size]];
+        let mut file = format!("{header:80}").into_bytes();
+        file.extend(4_u32.to_le_bytes());
+        for face in [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]] {
+            file.extend([0; 12]);
+            file.extend(
+                face.map(|k| corners[k].map(f32::to_le_bytes)).as_flattened().as_flattened(),
+            );
+            file.extend([0; 2]);
+        }
+        file
+    }
+
+    /// Vertices of STL files are one where their coordinates are: text has those of the scene.
+    #[test]
+    fn vertices_that_would_be_one_in_single_precision_are_written_as_text() {
+        let near = DVec3::new(0.5, 1.0, 1.0);
+        for (header, size) in [("made by hand", 1.0), ("solid", 0.125)] {
+            let file = binary_stl(header, size);
+            let start = mesh_io::parse_mesh(&file, "stl").expect("a mesh").positions;
+            let corner = start[2].lerp(start[1], 0.5);
+            let (_, moved) = written("stl", &file, corner);
+            assert_eq!(moved.content.len(), file.len(), "what has distinct singles stays binary");
+
+            // Two corners less than a rounding apart, beside others that do not move.
+            let mut positions = start.clone();
+            (positions[1], positions[2]) = (near, near + DVec3::X * 1e-13 + DVec3::Y * 1e-13);
+            let faces = mesh_io::parse_mesh(&file, "stl").expect("a mesh").faces;
+            let (content, mesh) = rewritten(Path::new("a.stl"), &file, &positions, &faces)
+                .unwrap_or_else(|failure| panic!("{:?}", failure.problems));
+            assert_eq!((mesh.positions, mesh.faces), (positions, faces));
+            assert!(content.starts_with(b"solid "), "text");
+        }
+
+        // A space that the file states is stated by the text.
+        let file = binary_stl("3D Slicer output. SPACE=RAS", 1.0);
+        let mesh = mesh_io::parse_mesh(&file, "stl").expect("a mesh");
+        let mut positions = mesh.positions;
+        positions[1] = positions[2] + DVec3::X * 1e-13;
+        let (_, again) = rewritten(Path::new("a.stl"), &file, &positions, &mesh.faces)
+            .unwrap_or_else(|failure| panic!("{:?}", failure.problems));
+        assert_eq!((again.space, again.positions), (mesh.space, positions));
     }
 
     #[test]
