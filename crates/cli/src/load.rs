@@ -196,9 +196,25 @@ fn read_meshes(description: &SceneDescription) -> Result<Vec<Inspected>, Failure
     }
     problems.extend(mixed_spaces(&spaces));
     if problems.is_empty() {
+        warn_of_unstated_spaces(&description.bodies, &spaces);
         return Ok(meshes);
     }
     Err(Failure { kind: FailureKind::Input, problems })
+}
+
+/// Warns of files that state no space beside others that do.
+fn warn_of_unstated_spaces(bodies: &[BodyDescription], spaces: &[(&BodyDescription, Space)]) {
+    let states = |path: &Path| spaces.iter().any(|(stating, _)| stating.path == path);
+    let mut unstated = bodies.iter().filter(|body| !states(&body.path));
+    let (Some((stating, space)), Some(first)) = (spaces.first(), unstated.next()) else { return };
+
+    let (stating, first) = (stating.path.display(), first.path.display());
+    let none = match unstated.count() {
+        0 => format!("{first} states none"),
+        more => format!("{first} and {more} more state none"),
+    };
+    let problem = format!("{stating} states the space {space}, but {none}");
+    terminal::print_line("warning", &format!("{problem}: they are taken to be in the same"));
 }
 
 /// Describes the first two files that state different spaces: bodies would be mirrored in each other.

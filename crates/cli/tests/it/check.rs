@@ -260,6 +260,28 @@ fn meshes_of_two_stated_spaces_are_refused() {
     assert_eq!(workshop.check(&["femur.obj", "fibula.obj", "plain.obj"]).status, 0);
     assert_eq!(workshop.check(&["tibia.obj", "plain.obj"]).status, 0);
 
+    // A file that states none may be in another.
+    workshop.write("patella.obj", tetrahedron(20.0, 1.0));
+    for (files, stating, others) in [
+        (
+            &["plain.obj", "tibia.obj"][..],
+            "tibia.obj states the space RAS",
+            "plain.obj states none",
+        ),
+        (
+            &["plain.obj", "femur.obj", "patella.obj", "fibula.obj"],
+            "femur.obj states the space LPS",
+            "plain.obj and 1 more state none",
+        ),
+    ] {
+        let expected =
+            format!("warning: {stating}, but {others}: they are taken to be in the same\n");
+        assert_eq!(workshop.check(files).stderr, expected);
+    }
+    for files in [&["femur.obj", "fibula.obj"][..], &["plain.obj", "patella.obj"], &["tibia.obj"]] {
+        assert_eq!(workshop.check(files).stderr, "", "{files:?}");
+    }
+
     let run = workshop.check(&["plain.obj", "femur.obj", "fibula.obj", "tibia.obj"]);
     assert_eq!(run.status, 2, "{}", run.stdout);
     let problem = "femur.obj states the space LPS, but tibia.obj the space RAS: save both in one";
