@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, is_separator};
 
-use crate::text::{ends_line, split_mark};
+use crate::text::split_mark;
 
 /// Maximum size of a regular file: 4 GiB, or 85 million facets of STL.
 ///
@@ -74,7 +74,7 @@ fn with_advice(error: io::Error, path: &Path) -> io::Error {
 }
 
 /// Reads a text file, with the limits of [`read_file`], without the mark of UTF-8 that some editors
-/// write before text, and with line feeds in the place of carriage returns that end lines alone.
+/// write before text, and with a line feed at the end of each line: other systems have CR LF, or CR alone.
 ///
 /// # Errors
 ///
@@ -84,14 +84,14 @@ pub fn read_text(path: &Path) -> io::Result<String> {
     let mut bytes = read_file(path)?;
     let mark = split_mark(&bytes).0.len();
     bytes.drain(..mark);
-    for at in 0..bytes.len() {
-        if bytes[at] == b'\r' && ends_line(&bytes, at) {
-            bytes[at] = b'\n';
-        }
-    }
-    String::from_utf8(bytes).map_err(|error| {
+    let text = String::from_utf8(bytes).map_err(|error| {
         let byte = mark + error.utf8_error().valid_up_to();
         let problem = format!("it is not UTF-8 text from byte {byte} on");
         io::Error::new(io::ErrorKind::InvalidData, problem)
-    })
+    })?;
+
+    // Some programs write two returns before a line feed.
+    let has_returns = text.contains('\r');
+    let with_feeds = || text.replace("\r\r\n", "\n").replace("\r\n", "\n").replace('\r', "\n");
+    Ok(if has_returns { with_feeds() } else { text })
 }

@@ -49,6 +49,29 @@ fn written_meshes_do_not_overlap() {
     }
 }
 
+/// A comment ends with its line, whatever that ends with.
+#[test]
+fn lists_of_fixed_vertices_may_have_any_line_ends() {
+    let workshop = Workshop::new();
+    workshop.write("bone.obj", tetrahedron(0.0, 10.0));
+    workshop.write("muscle.obj", tetrahedron(9.0, 10.0));
+    workshop.write(
+        "scene.toml",
+        "[[body]]\nfile = \"bone.obj\"\nkind = \"rigid\"\n[[body]]\nfile = \"muscle.obj\"\n\
+         [[fixed]]\nbody = \"muscle\"\nvertices = \"ids.txt\"\n",
+    );
+    for end in ["\n", "\r\n", "\r"] {
+        workshop.write("ids.txt", "3 # the tip\n0\n# base\n1 2\n".replace('\n', end));
+        let run = workshop.run("resolve", &["scene.toml", "--out", "apart"]);
+        assert_eq!(run.status, 1, "{end:?}: {}{}", run.stdout, run.stderr);
+        assert!(run.stdout.contains("muscle is fixed at 4 of"), "{end:?}: {}", run.stdout);
+        workshop.write("wrong.toml", workshop.read("scene.toml").replace("ids", "wrong"));
+        workshop.write("wrong.txt", "3 # the tip\n0\n# base\n1 4\n".replace('\n', end));
+        let expected = "line 4: '4' is no vertex on the surface of 'muscle'";
+        workshop.refuses("resolve", &[(&["wrong.toml"], expected)], &["--out", "held"]);
+    }
+}
+
 #[test]
 fn a_body_that_crosses_itself_is_reported_and_uncrossed_on_request() {
     let workshop = Workshop::new();

@@ -44,5 +44,5 @@ fn text_is_utf_8() {
         assert_eq!(read_text(&path).unwrap(), "unit = \"µm\"");
     }
     std::fs::write(&path, "# a\r\rb = 1\r\nc = 2\r\r\nd = 3\r").unwrap();
-    assert_eq!(read_text(&path).unwrap(), "# a\n\nb = 1\r\nc = 2\r\r\nd = 3\n");
+    assert_eq!(read_text(&path).unwrap(), "# a\n\nb = 1\nc = 2\nd = 3\n");
 }
