@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use glam::DVec3;
+use musculo_collide::surface::MAX_COORDINATE;
 use musculo_collide::{BodyId, PairId, PathMove, RigidBodyPath, RigidPath, Scene, ccd};
 
 use super::Finished;
@@ -71,6 +72,9 @@ pub(super) fn run(arguments: &RangeArguments) -> Result<Finished, Failure> {
     for name in &arguments.turn {
         turning.push(description.index_of(name)?);
     }
+    if (0..description.bodies.len()).all(|body| turning.contains(&body)) {
+        return Err(Failure::new("--turn leaves no body at rest that another one could meet"));
+    }
     let mut inputs = files_of(&description);
     inputs.extend(arguments.scene.inputs.iter().cloned());
     let plan = arguments.scene.plan(&description).writing(arguments.json.as_ref());
@@ -131,11 +135,18 @@ pub(super) fn run(arguments: &RangeArguments) -> Result<Finished, Failure> {
 }
 
 impl RangeArguments {
-    /// Checks the axis and the angle, and returns the direction of the axis.
+    /// Checks the axis, the center and the angle, and returns the direction of the axis.
     fn check(&self) -> Result<DVec3, Failure> {
         if !self.to.is_finite() || self.to.abs() > 360.0 {
             let problem =
                 format!("--to is {}, but must be within a full turn, 360 degrees", self.to);
+            return Err(Failure::new(problem));
+        }
+        let of_center = self.center.0.to_array();
+        if let Some(far) = of_center.into_iter().find(|x| x.abs() > MAX_COORDINATE) {
+            let problem = format!(
+                "--center has the coordinate {far:e}, but magnitudes end at {MAX_COORDINATE:e}"
+            );
             return Err(Failure::new(problem));
         }
         let axis = self.axis.0.try_normalize();

@@ -73,6 +73,21 @@ fn invalid_turns_are_named() {
     insta::assert_snapshot!(workshop.outcomes("range", &inputs));
 }
 
+#[test]
+fn turns_in_which_nothing_can_meet_are_refused() {
+    let workshop = rod_and_wall();
+    let far = ["--turn", "rod", "--axis", "0,0,1", "--center", "0,-1e200,0", "--to", "9"];
+    let cases = [
+        ([&BODIES[..2], &TURN[..], &["--turn", "wall", "--to", "9"]].concat(), "leaves no body"),
+        ([&BODIES[..2], &far[..]].concat(), "--center has the coordinate -1e200"),
+    ];
+    for (arguments, expected) in &cases {
+        workshop.refuses("range", &[(arguments, expected)], &["--json", "r.json"]);
+        let map = [&arguments[..], &MAP[..4]].concat();
+        workshop.refuses("range", &[(&map, expected)], &["--table", "map.csv"]);
+    }
+}
+
 /// A map whose cells are known: the first turn takes its share of the last one, the second turns
 /// the axis around, so that the last one goes away from the wall.
 const MAP: [&str; 8] =
