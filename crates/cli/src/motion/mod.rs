@@ -20,11 +20,12 @@ mod table_tests;
 mod tests;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::iter;
 use std::path::Path;
 
 use glam::{DMat3, DMat4, DQuat, DVec3, DVec4};
 use musculo_collide::distance_field::Pose;
-use musculo_collide::surface::Aabb;
+use musculo_collide::surface::{Aabb, MAX_COORDINATE};
 use musculo_collide::{Body, BodyId, BodyKind, Scene, SceneError};
 use serde::Serialize;
 
@@ -83,9 +84,14 @@ pub(crate) enum MotionProblem {
     #[error("the list \"ignore\" has {name:?}, but the frames have no such map")]
     IgnoredMap { name: String },
     #[error(
-        "map {name:?} moves no body: the nearest names of bodies without a map are {nearest}; rename the map, let a body follow it (--follow), or add it to the list \"ignore\""
+        "map {name:?} moves no body: the nearest names of bodies without a map are {nearest}; rename the map, let a body follow it (--follow), or {}",
+        if *is_table { "leave it out of the table" } else { "add it to the list \"ignore\"" }
     )]
-    UnusedMap { name: String, nearest: String },
+    UnusedMap { name: String, nearest: String, is_table: bool },
+    #[error(
+        "map {name:?} of frame {frame} moves by {to:e}, but magnitudes end at {MAX_COORDINATE:e}: products of coordinates would overflow"
+    )]
+    TooFar { frame: usize, name: String, to: f64 },
     #[error(
         "{body} is to follow {name:?}, but the frames have no such map: the nearest names are {nearest}"
     )]
@@ -105,6 +111,8 @@ pub(crate) struct Motion {
     skin: Option<Skin>,
     /// Maps that may move nothing.
     ignored: BTreeSet<String>,
+    /// True if the maps are from a table of poses.
+    is_table: bool,
     /// Other entries by name: the first frame that has them, and what they are.
     others: BTreeMap<String, (usize, String)>,
 }
@@ -160,8 +168,10 @@ impl Motion {
         params: &MotionParams,
         scene: &Scene,
     ) -> Result<Replay, Failure> {
-        let motion =
-            Self::read(path, params).and_then(|motion| motion.bind(scene, &params.follows));
+        let motion = Self::read(path, params).and_then(|motion| {
+            check_places(&motion.maps)?;
+            motion.bind(scene, &params.follows)
+        });
         motion.map_err(|problem| Failure::in_file(path, problem))
     }
 
@@ -184,7 +194,7 @@ impl Motion {
         let times = table.times.iter().copied().map(Some).collect();
         let maps = table.maps(factor, params.meshes);
         check_frames(&maps)?;
-        Ok(Self { times, maps, ..Self::default() })
+        Ok(Self { times, maps, is_table: true, ..Self::default() })
     }
 
     /// Returns true if a text is a table of poses, in either format.
@@ -249,13 +259,13 @@ impl Motion {
             return Ok(if self.skin.is_some() { Follows::Skin } else { Follows::Nothing });
         }
 
-        let names = [body.name(), after_prefix(body.name())];
-        if let Some(name) = names.into_iter().find(|&name| self.maps[0].contains_key(name)) {
+        let names = || iter::once(body.name()).chain(after_prefix(body.name()));
+        if let Some(name) = names().find(|&name| self.maps[0].contains_key(name)) {
             return Ok(Follows::Map(name.to_owned()));
         }
 
         // An entry of the body's name that is no map is a mistake.
-        for name in names {
+        for name in names() {
             if let Some((frame, found)) = self.others.get(name) {
                 let (name, found) = (name.to_owned(), found.clone());
                 return Err(MotionProblem::NotAMap { frame: *frame, name, found });
@@ -291,7 +301,8 @@ impl Motion {
         match unused {
             Some(name) if !rigid.is_empty() => {
                 let nearest = listed(names::nearest(name, rigid.into_iter()).into_iter());
-                Err(MotionProblem::UnusedMap { name: name.clone(), nearest })
+                let (name, is_table) = (name.clone(), self.is_table);
+                Err(MotionProblem::UnusedMap { name, nearest, is_table })
             }
             _ => Ok(()),
         }
@@ -330,6 +341,20 @@ fn check_frames(frames: &[BTreeMap<String, DMat4>]) -> Result<(), MotionProblem>
     Ok(())
 }
 
+/// Checks that maps move nothing beyond the range of coordinates.
+fn check_places(frames: &[BTreeMap<String, DMat4>]) -> Result<(), MotionProblem> {
+    for (frame, maps) in frames.iter().enumerate() {
+        for (name, map) in maps {
+            let to = map.w_axis.truncate();
+            if !to.abs().cmple(DVec3::splat(MAX_COORDINATE)).all() {
+                let (name, to) = (name.clone(), to.abs().max_element());
+                return Err(MotionProblem::TooFar { frame, name, to });
+            }
+        }
+    }
+    Ok(())
+}
+
 /// Largest deviation of a map's axes from unit and orthogonal. Files round to some nine
 /// digits; a scale or shear that matters to contact is far larger.
 const RIGID_TOLERANCE: f64 = 1e-6;
@@ -342,9 +367,9 @@ fn is_rigid(map: DMat4) -> bool {
     is_orthonormal && rotation.determinant() > 0.0 && map.row(3) == DVec4::W
 }
 
-/// Returns the part of a name after its first underscore.
-fn after_prefix(name: &str) -> &str {
-    name.split_once('_').map_or("", |(_, after)| after)
+/// Returns the part of a name after its first underscore, if it has one.
+fn after_prefix(name: &str) -> Option<&str> {
+    name.split_once('_').map(|(_, after)| after).filter(|after| !after.is_empty())
 }
 
 impl Replay {

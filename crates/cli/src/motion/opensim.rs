@@ -57,8 +57,7 @@ pub(super) fn parse(text: &str) -> Result<PoseTable, TableProblem> {
     {
         return Err(TableProblem::ColumnCount { line, found: labels.len(), expected: declared });
     }
-    let time = labels.iter().position(|label| label.eq_ignore_ascii_case("time"));
-    let time = time.ok_or(TableProblem::MissingColumn { name: "time".to_owned() })?;
+    let time = time_column(&labels)?;
     let bodies = body_columns(&labels)?;
     let radians = header.radians.ok_or(TableProblem::NoAngleUnit)?;
 
@@ -120,6 +119,17 @@ impl Header {
             }
         }
         Err(TableProblem::NoEndOfHeader)
+    }
+}
+
+/// Finds the column of times, without regard to case.
+fn time_column(labels: &[&str]) -> Result<usize, TableProblem> {
+    let mut places = (0..labels.len()).filter(|&i| labels[i].eq_ignore_ascii_case("time"));
+    let name = || "time".to_owned();
+    let column = places.next().ok_or_else(|| TableProblem::MissingColumn { name: name() })?;
+    match places.next() {
+        Some(_) => Err(TableProblem::DuplicateColumn { name: name() }),
+        None => Ok(column),
     }
 }
 

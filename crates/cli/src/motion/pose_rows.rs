@@ -13,7 +13,7 @@
 
 use std::collections::BTreeMap;
 
-use csv::{ReaderBuilder, StringRecord, Trim};
+use csv::{ErrorKind, Position, ReaderBuilder, StringRecord, Trim};
 use glam::{DMat3, DMat4, DQuat, DVec3};
 
 use super::pose_table::{PoseTable, TableProblem, finite_number};
@@ -46,20 +46,19 @@ struct Row<'a> {
     values: &'a StringRecord,
 }
 
-/// Parses a table; its lengths stay in the table's unit.
+/// Parses a table whose lines end with line feeds; its lengths stay in the table's unit.
 pub(super) fn parse(text: &str) -> Result<PoseTable, TableProblem> {
     let mut reader =
         ReaderBuilder::new().trim(Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
-    let labels = reader.headers().map_err(malformed)?.clone();
+    let labels = reader.headers().map_err(|error| malformed(text, error))?.clone();
     let columns = Columns::find(&labels)?;
 
     // Rows of one time are gathered until the time changes.
     let mut table = PoseTable::default();
     let mut frame: Option<(usize, f64, BTreeMap<String, DMat4>)> = None;
     for values in reader.records() {
-        let values = values.map_err(malformed)?;
-        let line = values.position().map_or(0, csv::Position::line);
-        let line = usize::try_from(line).unwrap_or(usize::MAX);
+        let values = values.map_err(|error| malformed(text, error))?;
+        let line = values.position().map_or(0, |start| line_of(text, start));
         let row = Row { line, labels: &labels, values: &values };
         let (time, pose) = (row.number(columns.time)?, columns.pose(&row)?);
         let name = &values[columns.body];
@@ -85,9 +84,25 @@ pub(super) fn parse(text: &str) -> Result<PoseTable, TableProblem> {
     Ok(table)
 }
 
-/// Returns the problem of a table that the reader refuses; its text names the line.
-fn malformed(error: csv::Error) -> TableProblem {
+/// Returns the problem of a table that the reader refuses.
+fn malformed(text: &str, error: csv::Error) -> TableProblem {
+    if let ErrorKind::UnequalLengths { pos: Some(start), expected_len, len } = error.kind() {
+        let [found, expected] = [*len, *expected_len].map(to_usize);
+        return TableProblem::ColumnCount { line: line_of(text, start), found, expected };
+    }
     TableProblem::Malformed(mesh_io::escaped(&error.to_string()))
+}
+
+/// Returns the line of a record, for which the reader begins to look at a place: it passes over
+/// blank lines and comments.
+fn line_of(text: &str, start: &Position) -> usize {
+    let rest = text.get(to_usize(start.byte())..).unwrap_or_default();
+    let is_passed_over = |line: &&str| line.is_empty() || line.starts_with('#');
+    to_usize(start.line()) + rest.lines().take_while(is_passed_over).count()
+}
+
+fn to_usize(number: u64) -> usize {
+    usize::try_from(number).unwrap_or(usize::MAX)
 }
 
 impl Columns {

@@ -165,6 +165,7 @@ fn invalid_opensim_tables_are_refused_by_line_and_column() {
         format!("{header}b_X b_Y b_Z b_Ox b_Oy b_Oz\n"),
         format!("{header}time b_X b_Y b_Ox b_Oy b_Oz\n"),
         format!("{header}time b_X b_X b_Y b_Z b_Ox b_Oy b_Oz\n"),
+        format!("{header}time b_X b_Y b_Z b_Ox b_Oy b_Oz Time\n"),
         format!("nColumns=8\n{header}{labels}"),
         format!("{header}{labels}0 0 0 0 0 0\n"),
         format!("{header}{labels}0 0 0 \u{1b}[2J 0 0 0\n"),

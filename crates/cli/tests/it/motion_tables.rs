@@ -103,6 +103,52 @@ fn wrong_tables_are_named_and_nothing_is_written() {
     insta::assert_snapshot!(workshop.outcomes("motion", &inputs));
 }
 
+/// Line ends of three systems, comments and blank lines change neither a table nor the lines that
+/// errors name.
+#[test]
+fn line_ends_of_tables_do_not_matter() {
+    let workshop = needle_through_plate();
+    let rows = "time,body,qw,qx,qy,qz,x,y,z\n# rest\n\n0,needle,0,1,0,0,0,0,7\n# down\n\
+        0.25,needle,0,1,0,0,0,0,3\n";
+    let wrong = [
+        ("word.csv", rows.replace("0,3\n", "0,low\n"), "line 6, column 'z': 'low'"),
+        ("short.csv", rows.replace("0,3\n", "3\n"), "line 6 has 8 columns, but 9 are declared"),
+    ];
+    for end in ["\n", "\r\n", "\r"] {
+        workshop.write("down.csv", rows.replace('\n', end));
+        workshop.write("down.sto", DOWN.replace('\n', end));
+        for file in [&["down.csv"][..], &["down.sto", "--follow", "needle=n"]] {
+            let run = workshop.run("motion", &[&["scene.toml"], file].concat());
+            assert_eq!(run.status, 1, "{file:?} {end:?}: {}{}", run.stdout, run.stderr);
+        }
+        for (file, text, expected) in &wrong {
+            workshop.write(file, text.replace('\n', end));
+            workshop.refuses("motion", &[(&["scene.toml", file], expected)], &["--json", "m.json"]);
+        }
+    }
+}
+
+#[test]
+fn poses_that_move_no_body_or_too_far_are_named() {
+    let workshop = needle_through_plate();
+    let rows = "time,body,qw,qx,qy,qz,x,y,z\n0,needle,1,0,0,0,0,0,0\n0,,1,0,0,0,0,0,0\n\
+        1,needle,1,0,0,0,0,0,0\n1,,1,0,0,0,0,0,9\n";
+    workshop.write("unnamed.csv", rows);
+    workshop.write("more.csv", rows.replace(",,", ",knee,"));
+    workshop.write("far.sto", DOWN.replace("0.25 0 0", "0.25 1e307 0"));
+    workshop.write("far.json", workshop.read("down.json").replace("-4", "-4e200"));
+    let cases: [(&[&str], &str); 4] = [
+        (&["scene.toml", "unnamed.csv"], "unnamed.csv: map \"\" moves no body"),
+        (
+            &["scene.toml", "more.csv"],
+            "let a body follow it (--follow), or leave it out of the table",
+        ),
+        (&["scene.toml", "far.sto", "--follow", "needle=n"], "far.sto: map \"n\" of frame 1 moves"),
+        (&["scene.toml", "far.json"], "far.json: map \"needle\" of frame 1 moves"),
+    ];
+    workshop.refuses("motion", &cases, &["--json", "m.json"]);
+}
+
 /// All numbers of the JSON stand in the table, with the same digits.
 #[test]
 fn a_check_writes_its_numbers_as_a_long_table() {
