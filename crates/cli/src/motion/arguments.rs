@@ -60,12 +60,18 @@ impl MotionArgs {
         let of_unit = self.motion_unit.map(|_| "--motion-unit");
         params.table_option = of_unit.or(self.meshes.map(|_| "--meshes"));
 
+        // A name of the command line replaces that of the scene file, but no other of its own.
+        let mut given = BTreeMap::new();
         for entry in &self.follow {
             let (body, name) =
                 entry.split_once('=').ok_or_else(|| SceneProblem::Follow(entry.clone()))?;
             scene.index_of(body)?;
-            params.follows.insert(body.to_owned(), name.to_owned());
+            if let Some(first) = given.insert(body.to_owned(), name.to_owned()) {
+                let (body, second) = (body.to_owned(), name.to_owned());
+                return Err(SceneProblem::FollowsTwo { body, first, second });
+            }
         }
+        params.follows.extend(given);
         Ok(params)
     }
 }

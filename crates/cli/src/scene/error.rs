@@ -36,4 +36,6 @@ pub(crate) enum SceneProblem {
     Margin(f64),
     #[error("--follow {0}: give a body and the name that it follows, as BODY=NAME")]
     Follow(String),
+    #[error("--follow: {body} follows both {first:?} and {second:?}: give one of them")]
+    FollowsTwo { body: String, first: String, second: String },
 }

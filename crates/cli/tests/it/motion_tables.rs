@@ -67,6 +67,10 @@ fn options_without_effect_are_refused() {
     for (options, expected) in [
         (&["--motion-unit", "m"][..], "--motion-unit is for tables of poses"),
         (&["--meshes", "body"], "--meshes is for tables of poses"),
+        (
+            &["--follow", "needle=needle", "--follow", "needle=n"],
+            "needle follows both \"needle\" and \"n\"",
+        ),
         (&["--gap", "0.05"], "--resolve <DIR>"),
         (&["--max-strain", "2"], "--resolve <DIR>"),
         (&["--rounds", "60"], "--resolve <DIR>"),
