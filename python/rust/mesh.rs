@@ -1,10 +1,12 @@
 //! Mesh files.
 
+use std::ffi::CString;
 use std::fs;
 use std::path::PathBuf;
 
 use mesh_io::MeshFormat;
 use numpy::PyArray2;
+use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 
 use crate::arrays::{Faces, Points, corners, point_array, points, row_array, surface};
@@ -13,10 +15,19 @@ use crate::error::{refused, unreadable};
 /// Vertices and faces of a mesh.
 type Mesh<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<u32>>);
 
-/// Reads a PLY, OBJ, STL or VTP file.
+/// Level of the frame that warnings are of: that which calls the package.
+const CALLER: i32 = 2;
+
+/// Reads a PLY, OBJ, STL or VTP file, and warns of what it holds beside the mesh.
 #[pyfunction]
 pub(crate) fn read_mesh(py: Python<'_>, path: PathBuf) -> PyResult<Mesh<'_>> {
     let mesh = py.detach(|| mesh_io::read_mesh(&path)).map_err(unreadable)?;
+    let unread = mesh.unread.map(|unread| unread.to_string());
+    let skipped = mesh.skipped.map(|skipped| skipped.to_string());
+    for rest in unread.into_iter().chain(skipped) {
+        let warning = CString::new(format!("{}: {rest}", path.display())).map_err(refused)?;
+        PyErr::warn(py, &py.get_type::<PyUserWarning>(), &warning, CALLER)?;
+    }
     Ok((point_array(py, &mesh.positions), row_array(py, &mesh.faces)))
 }
 

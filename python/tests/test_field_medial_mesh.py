@@ -4,6 +4,7 @@ import csv
 import json
 import subprocess
 import tomllib
+import warnings
 
 import numpy as np
 import pytest
@@ -78,6 +79,20 @@ def test_meshes_survive_files(tmp_path, extension):
     write_mesh(path, *mesh)
     again = read_mesh(path)
     assert np.array_equal(again.vertices[again.faces], mesh.vertices[mesh.faces])
+
+
+def test_what_a_file_holds_beside_its_mesh_is_a_warning(tmp_path):
+    path = tmp_path / "ball.ply"
+    write_mesh(path, *sphere((0, 0, 0), 2.0, 12))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        whole = read_mesh(path)
+
+    path.write_bytes(path.read_bytes() + b"more")
+    with pytest.warns(UserWarning, match="ball.ply.*4 bytes") as caught:
+        again = read_mesh(path)
+    assert caught[0].filename == __file__
+    assert np.array_equal(again.vertices, whole.vertices)
 
 
 def test_bad_files_are_refused(tmp_path):

@@ -35,7 +35,7 @@ class Mesh(ArrayTuple, _Mesh):
 
 
 def read_mesh(path: str | os.PathLike[str]) -> Mesh:
-    """Read a PLY, OBJ, STL or VTP file."""
+    """Read a PLY, OBJ, STL or VTP file, with a warning where it holds more than a mesh."""
     return Mesh(*_native.read_mesh(_checks.path(path)))
 
 
