@@ -97,10 +97,14 @@ pub(crate) fn build(root: &Path) -> TaskResult {
     Ok(())
 }
 
-/// Prints all figures that need no charts, those beside other libraries among them, with less time
-/// on each and bounds that are wider by [`GENEROUS`]; fails where one exceeds its bound twice.
-pub(crate) fn quick_ratios(root: &Path) -> TaskResult {
-    let rows = generous_rows(root, WITHOUT_CHARTS)?;
+/// Prints the figures of the named crates, or of all, that need no charts, those beside other libraries
+/// among them, with less time on each and bounds that are wider by [`GENEROUS`]; fails where one exceeds
+/// its bound twice.
+pub(crate) fn quick_ratios(root: &Path, names: &[&str]) -> TaskResult {
+    if let Some(name) = names.iter().find(|name| !OF_FEW_CRATES.contains(name)) {
+        return Err(format!("no quick figures of {name}: there are those of {OF_FEW_CRATES:?}"));
+    }
+    let rows = generous_rows(root, WITHOUT_CHARTS, names)?;
     let short = rows.iter().filter(|row| row.verdict == Verdict::Failed).count();
     println!("{} figures, {short} beyond twice their bounds", rows.len());
     if short == 0 { Ok(()) } else { Err(format!("{short} figures exceed twice their bounds")) }
@@ -108,13 +112,13 @@ pub(crate) fn quick_ratios(root: &Path) -> TaskResult {
 
 /// Returns the figures that verification holds: those beside plain references.
 pub(crate) fn verified_rows(root: &Path) -> Result<Vec<Row>, String> {
-    generous_rows(root, WITHOUT_PEERS)
+    generous_rows(root, WITHOUT_PEERS, &[])
 }
 
-/// Returns all figures as rows of the closing table, which fail where they exceed [`GENEROUS`]
-/// times their bounds in two runs.
-fn generous_rows(root: &Path, package: &[&str]) -> Result<Vec<Row>, String> {
-    let mut figures = run_quickly(root, package)?;
+/// Returns the figures of the named crates, or all, as rows of the closing table, which fail where they
+/// exceed [`GENEROUS`] times their bounds in two runs.
+fn generous_rows(root: &Path, package: &[&str], names: &[&str]) -> Result<Vec<Row>, String> {
+    let mut figures = run_quickly(root, package, names)?;
 
     // A second run of the crates whose figures fail, alone and for as long as `ratios` measures: the better
     // one counts.
@@ -193,15 +197,17 @@ fn cannot_list(error: std::io::Error) -> String {
     format!("crates cannot be listed: {error}")
 }
 
-/// Runs the figures of all crates in little time, those of two crates at a time.
+/// Runs the figures of the named crates, or of all, in little time, those of two crates at a time.
 ///
 /// Sides of a comparison take turns, so that what the other lane takes of the machine is taken from
 /// both.
-fn run_quickly(root: &Path, package: &[&str]) -> Result<Vec<Figure>, String> {
+fn run_quickly(root: &Path, package: &[&str], names: &[&str]) -> Result<Vec<Figure>, String> {
     let program = build_program(root, package)?;
     let mut groups = Vec::new();
     let listed = read_lines(Command::new(&program).args(["ratios", "--list"]), |line| {
-        groups.push(line.to_owned());
+        if names.is_empty() || names.contains(&line) {
+            groups.push(line.to_owned());
+        }
     })?;
     if groups.is_empty() || !listed.success() {
         return Err(format!("benches ratios --list ended with {listed}"));

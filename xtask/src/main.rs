@@ -50,7 +50,8 @@ usage: cargo xtask TASK
   ratios [--only TEXT] [CRATE]
                    every claimed speed and cost, beside what it is compared with; also `motion`,
                    `plan` and `stability`; with a text, the figures whose names begin with it
-  ratios --quick   those that need no chart, in half a minute, with bounds twice as wide
+  ratios --quick [CRATE]...
+                   those that need no chart, in half a minute, with bounds twice as wide
   chart [PICTURE]  the pictures of docs/chart, and the numbers behind them
   soak             10,000 frames of a small scene, and the memory left behind
   fixtures         the generated files of the package `fixtures`
@@ -75,7 +76,7 @@ fn run(root: &Path, arguments: &[&str]) -> TaskResult {
     match arguments {
         ["verify"] => verify::run(root, Extent::Full),
         ["verify", "--quick"] => verify::run(root, Extent::Quick),
-        ["ratios", "--quick"] => figures::quick_ratios(root),
+        ["ratios", "--quick", names @ ..] => figures::quick_ratios(root, names),
         ["ratios", names @ ..] => figures::ratios(root, names),
         ["chart", names @ ..] => charts(root, names),
         ["soak"] => figures::soak(root),

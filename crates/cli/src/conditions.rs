@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::path::Path;
 
+use mesh_io::MeshFormat;
 use musculo_collide::kdop::Workspace;
 use musculo_collide::{BodyId, BodyStiffness, Conditions, FixedVertices, Scene, Tie};
 
@@ -80,6 +81,15 @@ impl LoadedScene {
 
     /// Reads a file of vertex numbers, apart by blanks, commas and lines; `#` begins a comment.
     fn listed_vertices(&self, body: BodyId, file: &Path) -> Result<Vec<u32>, Failure> {
+        let described = &self.description.bodies[body.index()];
+        if MeshFormat::of(&described.path) == Some(MeshFormat::Stl) {
+            let problem = format!(
+                "'{}' is of an STL file, whose vertices have no numbers: select them by a box, or within a \
+                 distance of a body",
+                described.name
+            );
+            return Err(Failure::in_file(file, problem));
+        }
         let text = mesh_io::read_text(file);
         let text =
             text.map_err(|error| Failure::in_file(file, format!("cannot be read: {error}")))?;

@@ -49,6 +49,26 @@ fn written_meshes_do_not_overlap() {
     }
 }
 
+/// An STL file has the corners of each face anew: numbers of vertices would be those of this program.
+#[test]
+fn vertices_of_stl_files_are_not_selected_by_number() {
+    let workshop = Workshop::new();
+    let [bone, muscle] = [0.0, 9.0].map(|x| shapes::icosphere(5.0, 1).translated(DVec3::X * x));
+    workshop.write("bone.obj", obj(&bone));
+    let muscle = mesh_io::MeshFormat::Stl.encode(&muscle.positions, &muscle.faces);
+    workshop.write("muscle.stl", String::from_utf8(muscle).expect("text"));
+    let scene = "[[body]]\nfile = \"bone.obj\"\nkind = \"rigid\"\n[[body]]\nfile = \"muscle.stl\"\n\
+                 [[fixed]]\nbody = \"muscle\"\n";
+    workshop.write("ids.txt", "0\n");
+    workshop.write("list.toml", format!("{scene}vertices = \"ids.txt\"\n"));
+    let expected = "ids.txt: 'muscle' is of an STL file, whose vertices have no numbers";
+    workshop.refuses("resolve", &[(&["list.toml"], expected)], &["--out", "apart"]);
+
+    workshop.write("box.toml", format!("{scene}box = [[9, -9, -9], [19, 9, 9]]\n"));
+    let run = workshop.run("resolve", &["box.toml", "--out", "apart", "--no-report"]);
+    assert_eq!(run.status, 0, "{}{}", run.stdout, run.stderr);
+}
+
 /// A comment ends with its line, whatever that ends with.
 #[test]
 fn lists_of_fixed_vertices_may_have_any_line_ends() {
