@@ -209,6 +209,7 @@ impl Surface {
     }
 }
 
+/// Checks that a point is finite; the error names it by its number.
 fn require_finite(number: usize, point: DVec3) -> Result<(), String> {
     if point.is_finite() { Ok(()) } else { Err(format!("point {number} is not finite: {point}")) }
 }

@@ -2,9 +2,9 @@
 //!
 //! This reader is not a crate's: there is none, and a file is written again with other coordinates
 //! and all else as it was. Solids of other physics and continuum shells count as solids of their
-//! shape. Elements without volume, plane ones, and those of unknown types are skipped and counted, reference
-//! points of the assembly are skipped. Solids of other shapes are refused, and so are files whose nodes are generated, included, or placed by more
-//! than one part or instance.
+//! shape. Elements without volume, plane ones, and those of unknown types are skipped and counted,
+//! reference points of the assembly are skipped. Solids of other shapes are refused, and so are files
+//! whose nodes are generated, included, or placed by more than one part or instance.
 //!
 //! Source: "Abaqus Keywords Reference Guide", `*NODE` and `*ELEMENT`; "Input syntax rules"; "Abaqus
 //! Elements Guide", continuum elements.
