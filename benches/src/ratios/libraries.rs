@@ -113,7 +113,7 @@ pub(super) fn volume_mesh(report: &mut Report) -> Outcome {
 pub(super) fn mesh_io(report: &mut Report) -> Outcome {
     let ball = icosphere(RADIUS, FINE);
     for format in [MeshFormat::Ply, MeshFormat::Stl, MeshFormat::Obj, MeshFormat::Vtp] {
-        let file = format.encode(&ball.positions, &ball.faces);
+        let file = format.encode(&ball.positions, &ball.faces, None);
         let name = format!("reading {}, per face", format.extension());
         per_unit(report, &name, ball.faces.len(), &mut || {
             parse_mesh(&file, format.extension()).map_or(0, |mesh| mesh.faces.len())

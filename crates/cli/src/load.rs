@@ -73,17 +73,19 @@ pub(crate) struct LoadedScene {
     pub(crate) bodies: Vec<BodyRecord>,
     /// Volume meshes of the bodies that have one.
     pub(crate) volumes: Vec<Option<Volume>>,
+    /// Space that files state, which is that of all.
+    pub(crate) space: Option<Space>,
 }
 
 impl LoadedScene {
     /// Reads and inspects the meshes of a scene; a failure names every file that cannot be
     /// read.
     pub(crate) fn load(description: SceneDescription) -> Result<Self, Failure> {
-        let meshes = read_meshes(&description)?;
+        let (meshes, space) = read_meshes(&description)?;
 
         // Bodies in the order of the description, whichever was read first.
         let (bodies, volumes) = (Vec::new(), Vec::new());
-        let mut loaded = Self { description, scene: Scene::new(), bodies, volumes };
+        let mut loaded = Self { description, scene: Scene::new(), bodies, volumes, space };
         let mut ids = Vec::new();
         for inspected in meshes {
             let InspectedMesh { record, surface, positions, volume } = inspected?;
@@ -167,8 +169,9 @@ fn scene_edge<'a>(bodies: impl IntoIterator<Item = &'a BodyRecord>) -> f64 {
 /// Mesh of a body, or the reason why it cannot be a body.
 type Inspected = Result<InspectedMesh, SceneError>;
 
-/// Reads and inspects the meshes of all bodies, the largest files first.
-fn read_meshes(description: &SceneDescription) -> Result<Vec<Inspected>, Failure> {
+/// Reads and inspects the meshes of all bodies, the largest files first; returns them with the space that
+/// files state.
+fn read_meshes(description: &SceneDescription) -> Result<(Vec<Inspected>, Option<Space>), Failure> {
     let _phase = Phase::start("reading");
     let results = parallel::map_costly_first(
         &description.bodies,
@@ -197,7 +200,7 @@ fn read_meshes(description: &SceneDescription) -> Result<Vec<Inspected>, Failure
     problems.extend(mixed_spaces(&spaces));
     if problems.is_empty() {
         warn_of_unstated_spaces(&description.bodies, &spaces);
-        return Ok(meshes);
+        return Ok((meshes, spaces.first().map(|&(_, space)| space)));
     }
     Err(Failure { kind: FailureKind::Input, problems })
 }

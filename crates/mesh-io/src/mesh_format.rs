@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use crate::text::split_mark;
 use crate::vtk::{parse_vtp, parse_vtu, write_vtp};
-use crate::{Mesh, ReadError, extension, inp, msh, obj, ply, stl};
+use crate::{Mesh, ReadError, Space, extension, inp, msh, obj, ply, stl};
 
 /// File format of a triangle mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,19 +47,19 @@ impl MeshFormat {
     }
 
     /// Returns a surface as a file that reads back to the bit: the same positions and
-    /// faces, in the same order.
+    /// faces, in the same order, in the same space where there is one.
     ///
     /// PLY is binary. STL is text, since binary STL has single precision, in which
     /// surfaces at a small distance could overlap. It has no vertices of their own:
     /// those without a face are lost, equal ones are merged, and the order is that of
     /// their first faces.
     #[must_use]
-    pub fn encode(self, positions: &[DVec3], faces: &[[u32; 3]]) -> Vec<u8> {
+    pub fn encode(self, positions: &[DVec3], faces: &[[u32; 3]], space: Option<Space>) -> Vec<u8> {
         match self {
-            Self::Obj => obj::encode(positions, faces),
-            Self::Ply => ply::encode(positions, faces),
-            Self::Stl => stl::encode(positions, faces),
-            Self::Vtp => write_vtp(positions, faces, &[]).into_bytes(),
+            Self::Obj => obj::encode(positions, faces, space),
+            Self::Ply => ply::encode(positions, faces, space),
+            Self::Stl => stl::encode(positions, faces, space),
+            Self::Vtp => write_vtp(positions, faces, &[], space).into_bytes(),
         }
     }
 

@@ -17,8 +17,8 @@ use crate::{ReadError, Space};
 const OBJ: Format = Format { name: "OBJ", remedy: "save it as PLY" };
 
 /// Returns a surface as a file, with as many digits as distinguish the coordinates.
-pub(crate) fn encode(positions: &[DVec3], faces: &[[u32; 3]]) -> Vec<u8> {
-    let mut file = String::new();
+pub(crate) fn encode(positions: &[DVec3], faces: &[[u32; 3]], space: Option<Space>) -> Vec<u8> {
+    let mut file = space.map_or_else(String::new, |space| format!("# {}\n", space.statement()));
 
     // Writing to a string cannot fail. The form with {:?} has an exponent where it is shorter.
     for DVec3 { x, y, z } in positions {

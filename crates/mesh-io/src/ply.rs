@@ -21,9 +21,11 @@ use crate::{FilePlace, ReadError, Space, ply_text};
 ///
 /// Coordinates are doubles: in single precision, surfaces at a small distance could
 /// overlap.
-pub(crate) fn encode(positions: &[DVec3], faces: &[[u32; 3]]) -> Vec<u8> {
+pub(crate) fn encode(positions: &[DVec3], faces: &[[u32; 3]], space: Option<Space>) -> Vec<u8> {
+    let comment =
+        space.map_or_else(String::new, |space| format!("comment {}\n", space.statement()));
     let mut file = format!(
-        "ply\nformat binary_little_endian 1.0\nelement vertex {}\n\
+        "ply\nformat binary_little_endian 1.0\n{comment}element vertex {}\n\
          property double x\nproperty double y\nproperty double z\n\
          element face {}\nproperty list uchar uint vertex_indices\nend_header\n",
         positions.len(),

@@ -29,6 +29,11 @@ impl fmt::Display for Space {
 }
 
 impl Space {
+    /// Returns the words that state the space in a header or a comment.
+    pub(crate) fn statement(self) -> String {
+        format!("SPACE={self}")
+    }
+
     /// Returns the space that a header or a comment states.
     pub(crate) fn in_text(text: &[u8]) -> Option<Self> {
         let states = |space: &[u8]| text.windows(space.len()).any(|words| words == space);

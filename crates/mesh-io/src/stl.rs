@@ -32,8 +32,9 @@ pub(crate) fn is_likely(bytes: &[u8]) -> bool {
 }
 
 /// Returns a surface as text, with as many digits as distinguish the coordinates.
-pub(crate) fn encode(positions: &[DVec3], faces: &[[u32; 3]]) -> Vec<u8> {
-    let mut file = "solid surface\n".to_owned();
+pub(crate) fn encode(positions: &[DVec3], faces: &[[u32; 3]], space: Option<Space>) -> Vec<u8> {
+    let statement = space.map_or_else(String::new, |space| format!(" {}", space.statement()));
+    let mut file = format!("solid surface{statement}\n");
 
     // Writing to a string cannot fail. The form with {:?} has an exponent where it is shorter.
     for face in faces {

@@ -4,6 +4,7 @@ use std::cell::OnceCell;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use mesh_io::Space;
 use musculo_collide::{CheckParams, PairId, PairReport, Scene};
 
 use super::Finished;
@@ -126,6 +127,7 @@ pub(super) fn run(arguments: &CheckArguments) -> Result<Finished, Failure> {
     let checked = CheckedScene {
         document: &document,
         scene: &loaded.scene,
+        space: loaded.space,
         reports: &reports,
         shapes: &shapes,
         contacts: &contacts,
@@ -206,6 +208,8 @@ pub(super) fn overlap_shapes<'r>(
 pub(super) struct CheckedScene<'a> {
     pub(super) document: &'a CheckDocument,
     pub(super) scene: &'a Scene,
+    /// Space that the files of the scene state.
+    pub(super) space: Option<Space>,
     pub(super) reports: &'a [PairReport],
     /// Shapes of the overlaps.
     pub(super) shapes: &'a [OverlapShape<'a>],
@@ -216,10 +220,11 @@ pub(super) struct CheckedScene<'a> {
 impl CheckedScene<'_> {
     fn stage_vtp(&self, folder: &Path, outputs: &mut Outputs) -> Result<(), Failure> {
         let bodies = self.scene.bodies().iter();
-        let mut files = FileFolder::new(folder, bodies.map(|body| body_file(body.name())));
+        let mut files =
+            FileFolder::new(folder, bodies.map(|body| body_file(body.name())), self.space);
         for (id, body) in self.scene.ids().zip(self.scene.bodies()) {
             let field = ContactField::new(id, self.scene, self.reports, self.document.margin);
-            let vtp = field.to_vtp(body.positions(), body.surface().faces());
+            let vtp = field.to_vtp(body.positions(), body.surface().faces(), self.space);
             outputs.stage(&folder.join(body_file(body.name())), vtp)?;
         }
         stage_overlap_files(self.shapes, self.scene, &mut files, outputs)?;

@@ -157,7 +157,7 @@ impl MedialResult {
             }
             if let Some(path) = &arguments.vtp {
                 let values = [PointValues::Scalars("medial_distance", &distances)];
-                outputs.stage(path, write_vtp(x, faces, &values))?;
+                outputs.stage(path, write_vtp(x, faces, &values, self.mesh.space))?;
             }
         }
         outputs.stage_json(arguments.json.as_deref(), &self.record)

@@ -156,7 +156,8 @@ pub(super) fn run(arguments: &MotionArguments) -> Result<Finished, Failure> {
         let json = arguments.json.as_deref();
         let params = arguments.params.params(&mut loaded)?;
         let (unit, conditions) = (loaded.description.unit, loaded.conditions()?);
-        let job = Job { folder, json, params, conditions, unit };
+        let space = loaded.space;
+        let job = Job { folder, json, params, conditions, unit, space };
         return job.run(&mut loaded.scene, &replay, outputs, stopwatch);
     }
 
@@ -176,7 +177,7 @@ pub(super) fn run(arguments: &MotionArguments) -> Result<Finished, Failure> {
     // Walk through all frames, and report them.
     let mut walk = Walk {
         cache,
-        files: arguments.vtp.as_deref().map(|path| FrameFiles::new(path, &loaded.scene, &replay)),
+        files: arguments.vtp.as_deref().map(|path| FrameFiles::new(path, &loaded, &replay)),
         table: arguments.table()?,
         recording: arguments.report.is_some().then(|| record(&loaded.scene)),
         scene: &mut loaded.scene,
@@ -387,9 +388,9 @@ impl Walk<'_> {
 }
 
 impl FrameFiles {
-    fn new(path: &Path, scene: &Scene, replay: &Replay) -> Self {
-        let planned = frame_files(scene, replay.frame_count());
-        let contacts = FileFolder::new(path, planned);
+    fn new(path: &Path, loaded: &LoadedScene, replay: &Replay) -> Self {
+        let planned = frame_files(&loaded.scene, replay.frame_count());
+        let contacts = FileFolder::new(path, planned, loaded.space);
         Self { path: path.to_owned(), contacts, series: Series::default() }
     }
 
@@ -406,7 +407,10 @@ impl FrameFiles {
         let mut files = Vec::new();
         for id in scene.ids() {
             let file = frame_file(scene.body(id).name(), frame);
-            outputs.stage(&self.path.join(&file), depth_vtp(id, scene, reports))?;
+            outputs.stage(
+                &self.path.join(&file),
+                depth_vtp(id, scene, reports, self.contacts.space()),
+            )?;
             files.push(file);
         }
         stage_contact_files(contacts, &format!("_{frame:04}"), scene, &mut self.contacts, outputs)?;

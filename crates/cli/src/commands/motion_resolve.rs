@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use mesh_io::Space;
 use musculo_collide::{Conditions, Progress, Resolution, ResolveParams, Resolver, Scene};
 
 use super::Finished;
@@ -42,6 +43,8 @@ pub(super) struct Job<'a> {
     pub(super) params: ResolveParams,
     pub(super) conditions: Conditions,
     pub(super) unit: Unit,
+    /// Space that the files of the scene state.
+    pub(super) space: Option<Space>,
 }
 
 impl Job<'_> {
@@ -99,7 +102,7 @@ impl Job<'_> {
         // Bones are written too: they move from frame to frame.
         for (body, change) in scene.bodies().iter().zip(&resolution.bodies) {
             let (x, faces) = (body.positions(), body.surface().faces());
-            let content = displacement_vtp(x, faces, &change.displacements);
+            let content = displacement_vtp(x, faces, &change.displacements, self.space);
             let file = if resolution.resolved {
                 let file = frame_file(body.name(), frame);
                 outputs.stage(&self.folder.join(&file), content)?;

@@ -198,10 +198,12 @@ impl ResolveArguments {
             let volume = loaded.volumes[number].as_ref().zip(file.nodes.as_ref());
             let name = displacement_file(description, mark, volume.is_some());
             let content = match volume {
-                Some((volume, [nodes, u])) => displacement_vtu(nodes, &volume.mesh, u),
+                Some((volume, [nodes, u])) => {
+                    displacement_vtu(nodes, &volume.mesh, u, loaded.space)
+                }
                 None => {
                     let (x, faces) = (body.positions(), body.surface().faces());
-                    displacement_vtp(x, faces, &file.displacements)
+                    displacement_vtp(x, faces, &file.displacements, loaded.space)
                 }
             };
             outputs.stage_found(&self.out.join(name), content)?;
@@ -229,6 +231,7 @@ impl ResolveArguments {
         let checked = CheckedScene {
             document: &document,
             scene: &loaded.scene,
+            space: loaded.space,
             reports: &reports,
             shapes: &shapes,
             contacts: &[],

@@ -18,6 +18,14 @@ use crate::report::{ElementsRecord, QualityRecord};
 use crate::scene::BodyDescription;
 use crate::terminal;
 
+/// Warning about a file of text in the place of a binary STL file.
+const ONE_IN_SINGLE_PRECISION: &str = "vertices that were moved are one in single precision: the file \
+                                       that is written is text, in double precision";
+
+/// Warning about a file of triangles in the place of one with polygons.
+const SPLIT_OTHERWISE: &str = "polygons that were moved are split otherwise: the file that is written \
+                               has triangles, and no other attributes";
+
 /// File of a body at the end.
 #[derive(Debug)]
 pub(super) struct BodyFile {
@@ -103,7 +111,15 @@ pub(super) fn complete_files(
         let description = &loaded.description.bodies[number];
         let volume = loaded.volumes[number].as_ref();
         let (scene, start) = (&mut loaded.scene, &start[number]);
-        files.push(BodyFile::complete(description, volume, scene, id, start, progress)?);
+        files.push(BodyFile::complete(
+            description,
+            volume,
+            loaded.space,
+            scene,
+            id,
+            start,
+            progress,
+        )?);
     }
     Ok(files)
 }
@@ -112,6 +128,7 @@ impl BodyFile {
     fn complete(
         description: &BodyDescription,
         volume: Option<&Volume>,
+        space: Option<Space>,
         scene: &mut Scene,
         id: BodyId,
         start: &[DVec3],
@@ -122,7 +139,7 @@ impl BodyFile {
         // A body without a file to edit becomes a new one, of its surface alone.
         if !is_rewritten(description) {
             let format = MeshFormat::of(path).unwrap_or(MeshFormat::Ply);
-            let content = format.encode(positions, scene.body(id).surface().faces());
+            let content = format.encode(positions, scene.body(id).surface().faces(), space);
             return Ok(Self::new(content, start, positions));
         }
         let original = mesh_io::read_file(path)?;
@@ -137,7 +154,7 @@ impl BodyFile {
         };
         let written = followed.as_ref().map_or(positions, |followed| &followed.positions);
         let faces = scene.body(id).surface().faces();
-        let (content, mesh) = rewritten(path, &original, written, faces)?;
+        let (content, mesh) = rewritten(path, &original, written, faces, space)?;
 
         // What is reported and checked from here on are the positions that are written.
         let mut file = Self::new(content, start, &mesh.positions);
@@ -161,26 +178,29 @@ impl BodyFile {
 /// Polygons are split into triangles by where their corners are. If they are split otherwise at the new
 /// positions, the file has the triangles in their place, and nothing else. Corners of STL facets are one
 /// vertex where they are equal. If vertices are one in the single precision of a binary file, the file
-/// has text in double precision.
+/// has text in double precision. A file that has been replaced states the space, where there is one.
 fn rewritten(
     path: &Path,
     original: &[u8],
     positions: &[DVec3],
     faces: &[[u32; 3]],
+    space: Option<Space>,
 ) -> Result<(Vec<u8>, Mesh), Failure> {
     let refused = |error: ReadError| Failure::in_file(path, error);
     let extension = extension(path);
     let content = mesh_io::replace_positions(original, &extension, positions).map_err(refused)?;
 
     // Parsed as others will read it: positions are rounded to the number type of the file.
-    let content = match mesh_io::parse_mesh(&content, &extension) {
+    let (format, problem) = match mesh_io::parse_mesh(&content, &extension) {
         Ok(mesh) if mesh.faces == faces => return Ok((content, mesh)),
-        Ok(mesh) if mesh.polygons_fanned == 0 => as_stl_text(path, mesh.space, positions, faces),
+        Ok(mesh) if mesh.polygons_fanned == 0 => (MeshFormat::Stl, ONE_IN_SINGLE_PRECISION),
         Ok(_) | Err(ReadError::NotFannable { .. }) => {
-            as_triangles(path, original, positions, faces)?
+            (MeshFormat::of(path).unwrap_or(MeshFormat::Ply), SPLIT_OTHERWISE)
         }
         Err(error) => return Err(refused(error)),
     };
+    terminal::print_line("warning", &format!("{}: {problem}", path.display()));
+    let content = format.encode(positions, faces, space);
     let mesh = mesh_io::parse_mesh(&content, &extension).map_err(refused)?;
     if mesh.faces == faces {
         return Ok((content, mesh));
@@ -189,48 +209,6 @@ fn rewritten(
         path,
         "vertices that were moved are one, which an STL file cannot tell apart",
     ))
-}
-
-/// Returns an STL file of text in the place of a binary one, and warns of it.
-fn as_stl_text(
-    path: &Path,
-    space: Option<Space>,
-    positions: &[DVec3],
-    faces: &[[u32; 3]],
-) -> Vec<u8> {
-    let problem = "vertices that were moved are one in single precision: the file that is written is \
-                   text, in double precision";
-    terminal::print_line("warning", &format!("{}: {problem}", path.display()));
-
-    // A space stands in the first line.
-    let mut content = MeshFormat::Stl.encode(positions, faces);
-    if let (Some(space), Some(end)) = (space, content.iter().position(|&byte| byte == b'\n')) {
-        content.splice(end..end, format!(" SPACE={space}").into_bytes());
-    }
-    content
-}
-
-/// Returns a file of triangles in the place of one with polygons, and warns of what it leaves out.
-fn as_triangles(
-    path: &Path,
-    original: &[u8],
-    positions: &[DVec3],
-    faces: &[[u32; 3]],
-) -> Result<Vec<u8>, Failure> {
-    let before = mesh_io::parse_mesh(original, &extension(path));
-    let before = before.map_err(|error| Failure::in_file(path, error))?;
-    if let Some(space) = before.space {
-        let problem = format!(
-            "polygons that were moved are split otherwise, and triangles would not state the space \
-             {space}: split them into triangles first"
-        );
-        return Err(Failure::in_file(path, problem));
-    }
-
-    let problem = "polygons that were moved are split otherwise: the file that is written has \
-                   triangles, and no other attributes";
-    terminal::print_line("warning", &format!("{}: {problem}", path.display()));
-    Ok(MeshFormat::of(path).unwrap_or(MeshFormat::Ply).encode(positions, faces))
 }
 
 fn at_rest(volume: &Volume) -> [Vec<DVec3>; 2] {
@@ -300,7 +278,8 @@ mod tests {
             placement: None,
         };
         let (start, progress) = (&mesh.positions, Progress::none());
-        let file = BodyFile::complete(&description, None, &mut scene, id, start, progress);
+        let file =
+            BodyFile::complete(&description, None, mesh.space, &mut scene, id, start, progress);
         let file = file.unwrap_or_else(|failure| panic!("{extension}: {:?}", failure.problems));
         let again = mesh_io::parse_mesh(&file.content, extension).expect("a mesh");
         assert_eq!(again.positions, scene.body(id).positions(), "{extension}");
@@ -375,7 +354,7 @@ mod tests {
             let mut positions = start.clone();
             (positions[1], positions[2]) = (near, near + DVec3::X * 1e-13 + DVec3::Y * 1e-13);
             let faces = mesh_io::parse_mesh(&file, "stl").expect("a mesh").faces;
-            let (content, mesh) = rewritten(Path::new("a.stl"), &file, &positions, &faces)
+            let (content, mesh) = rewritten(Path::new("a.stl"), &file, &positions, &faces, None)
                 .unwrap_or_else(|failure| panic!("{:?}", failure.problems));
             assert_eq!((mesh.positions, mesh.faces), (positions, faces));
             assert!(content.starts_with(b"solid "), "text");
@@ -386,20 +365,18 @@ mod tests {
         let mesh = mesh_io::parse_mesh(&file, "stl").expect("a mesh");
         let mut positions = mesh.positions;
         positions[1] = positions[2] + DVec3::X * 1e-13;
-        let (_, again) = rewritten(Path::new("a.stl"), &file, &positions, &mesh.faces)
+        let (_, again) = rewritten(Path::new("a.stl"), &file, &positions, &mesh.faces, mesh.space)
             .unwrap_or_else(|failure| panic!("{:?}", failure.problems));
         assert_eq!((again.space, again.positions), (mesh.space, positions));
     }
 
     #[test]
-    fn triangles_would_not_state_a_space() {
-        let file = format!("# SPACE=RAS\n{PYRAMID}");
-        let mesh = mesh_io::parse_mesh(file.as_bytes(), "obj").expect("a mesh");
-        let mut positions = mesh.positions;
-        positions[1] = DVec3::new(0.25, 0.75, 0.0);
-        let path = Path::new("fish.obj");
-        let refused = rewritten(path, file.as_bytes(), &positions, &mesh.faces);
-        let problems = refused.expect_err("no file").problems;
-        assert!(problems[0].contains("would not state the space RAS"), "{problems:?}");
+    fn triangles_state_the_space_of_the_polygons() {
+        let content = format!("# SPACE=RAS\n{PYRAMID}");
+        let corner = DVec3::new(0.25, 0.75, 0.0);
+        let (faces, file) = written("obj", content.as_bytes(), corner);
+        let again = mesh_io::parse_mesh(&file.content, "obj").expect("a mesh");
+        assert_eq!((again.faces, again.polygons_fanned), (faces, 0));
+        assert_eq!(again.space, Some(Space::RightAnteriorSuperior));
     }
 }

@@ -1,7 +1,7 @@
 //! Contact of one body, per vertex.
 
 use glam::DVec3;
-use mesh_io::{PointValues, write_vtp, write_vtu};
+use mesh_io::{PointValues, Space, write_vtp, write_vtu};
 use musculo_collide::volume_mesh::VolumeMesh;
 use musculo_collide::{BodyId, PairReport, Scene, VertexReport};
 
@@ -40,21 +40,31 @@ impl ContactField {
     }
 
     /// Returns the body with its contact as a `.vtp` file.
-    pub(crate) fn to_vtp(&self, positions: &[DVec3], faces: &[[u32; 3]]) -> String {
+    pub(crate) fn to_vtp(
+        &self,
+        positions: &[DVec3],
+        faces: &[[u32; 3]],
+        space: Option<Space>,
+    ) -> String {
         let values = [
             PointValues::Scalars("signed_gap", &self.signed_gaps),
             PointValues::Scalars("penetration_depth", &self.depths),
         ];
-        write_vtp(positions, faces, &values)
+        write_vtp(positions, faces, &values, space)
     }
 }
 
 /// Returns a body with the depth of its vertices inside others as a `.vtp` file.
-pub(crate) fn depth_vtp(body: BodyId, scene: &Scene, reports: &[PairReport]) -> String {
+pub(crate) fn depth_vtp(
+    body: BodyId,
+    scene: &Scene,
+    reports: &[PairReport],
+    space: Option<Space>,
+) -> String {
     let ContactField { depths, .. } = ContactField::new(body, scene, reports, 0.0);
     let body = scene.body(body);
     let values = [PointValues::Scalars("penetration_depth", &depths)];
-    write_vtp(body.positions(), body.surface().faces(), &values)
+    write_vtp(body.positions(), body.surface().faces(), &values, space)
 }
 
 /// Returns a surface with the displacements of its vertices as a `.vtp` file.
@@ -62,9 +72,10 @@ pub(crate) fn displacement_vtp(
     positions: &[DVec3],
     faces: &[[u32; 3]],
     displacements: &[DVec3],
+    space: Option<Space>,
 ) -> String {
     let lengths: Vec<f64> = displacements.iter().map(|u| u.length()).collect();
-    write_vtp(positions, faces, &displacement_values(&lengths, displacements))
+    write_vtp(positions, faces, &displacement_values(&lengths, displacements), space)
 }
 
 /// Returns a volume mesh with the displacements of its nodes as a `.vtu` file.
@@ -72,9 +83,10 @@ pub(crate) fn displacement_vtu(
     nodes: &[DVec3],
     mesh: &VolumeMesh,
     displacements: &[DVec3],
+    space: Option<Space>,
 ) -> String {
     let lengths: Vec<f64> = displacements.iter().map(|u| u.length()).collect();
-    write_vtu(nodes, mesh, &displacement_values(&lengths, displacements))
+    write_vtu(nodes, mesh, &displacement_values(&lengths, displacements), space)
 }
 
 /// Returns displacements as values at points, active by their length.

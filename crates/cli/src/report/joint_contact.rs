@@ -1,6 +1,6 @@
 //! Joint contact of pairs: records, tables, and maps on the meshes.
 
-use mesh_io::{CellValues, Cells, write_vtp_cells};
+use mesh_io::{CellValues, Cells, Space, write_vtp_cells};
 use musculo_collide::{Body, ContactMeasures, JointContact, PairId, Scene};
 use serde::Serialize;
 
@@ -168,7 +168,7 @@ pub(crate) fn stage_contact_files(
         for ([own, other], contact) in [[a, b], [b, a]].into_iter().zip(sides) {
             if contact.total.area > 0.0 {
                 let stem = format!("{}_on_{}{suffix}", own.name(), other.name());
-                folder.stage(&stem, contact_vtp(contact, own), outputs)?;
+                folder.stage(&stem, contact_vtp(contact, own, folder.space()), outputs)?;
             }
         }
     }
@@ -176,7 +176,7 @@ pub(crate) fn stage_contact_files(
 }
 
 /// Writes the faces of a body in contact, with their values.
-fn contact_vtp(contact: &JointContact, body: &Body) -> String {
+fn contact_vtp(contact: &JointContact, body: &Body, space: Option<Space>) -> String {
     // Vertices of these faces alone.
     let (mut points, mut cells) = (PointList::default(), Vec::new());
     let (mut faces, mut regions) = (Vec::new(), Vec::new());
@@ -197,5 +197,5 @@ fn contact_vtp(contact: &JointContact, body: &Body) -> String {
         CellValues::Numbers("face", &faces),
         CellValues::Numbers("region", &regions),
     ];
-    write_vtp_cells(&points.positions, Cells::Polygons(&cells), &[], &values)
+    write_vtp_cells(&points.positions, Cells::Polygons(&cells), &[], &values, space)
 }

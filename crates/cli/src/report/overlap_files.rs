@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use mesh_io::{CellValues, Cells, PointValues, write_vtp_cells};
+use mesh_io::{CellValues, Cells, PointValues, Space, write_vtp_cells};
 use musculo_collide::surface::triangle;
 use musculo_collide::{Body, CurveChain, OverlapGeometry, PairReport, PatchFace, Scene};
 
@@ -26,13 +26,24 @@ pub(crate) struct FileFolder {
     names: BTreeSet<String>,
     /// Names of the completed files since they were last handed out.
     completed: Vec<String>,
+    /// Space of all positions, where it is known.
+    space: Option<Space>,
 }
 
 impl FileFolder {
     /// Begins with names that are taken.
-    pub(crate) fn new(path: &Path, names: impl IntoIterator<Item = String>) -> Self {
+    pub(crate) fn new(
+        path: &Path,
+        names: impl IntoIterator<Item = String>,
+        space: Option<Space>,
+    ) -> Self {
         let names = names.into_iter().map(|name| name.to_lowercase()).collect();
-        Self { path: path.to_owned(), names, completed: Vec::new() }
+        Self { path: path.to_owned(), names, completed: Vec::new(), space }
+    }
+
+    /// Returns the space that the files state.
+    pub(crate) fn space(&self) -> Option<Space> {
+        self.space
     }
 
     /// Hands out the names of the files that were completed since the last call.
@@ -78,12 +89,12 @@ pub(crate) fn stage_overlap_files(
         for ([own, other], patches) in [[a, b], [b, a]].into_iter().zip(&geometry.patches) {
             if !patches.is_empty() {
                 let stem = format!("{}_in_{}", own.name(), other.name());
-                folder.stage(&stem, patch_vtp(patches, own), outputs)?;
+                folder.stage(&stem, patch_vtp(patches, own, folder.space), outputs)?;
             }
         }
         if !geometry.curve.is_empty() {
             let stem = format!("{}_{}_curve", a.name(), b.name());
-            folder.stage(&stem, curve_vtp(&geometry.curve), outputs)?;
+            folder.stage(&stem, curve_vtp(&geometry.curve, folder.space), outputs)?;
         }
     }
     Ok(())
@@ -111,7 +122,7 @@ impl PointList {
 
 /// Writes the parts of a body's faces inside another: a polygon per part, or triangles where a
 /// part has holes or several pieces. Points have their depth, cells their face and region.
-fn patch_vtp(patches: &[PatchFace], body: &Body) -> String {
+fn patch_vtp(patches: &[PatchFace], body: &Body, space: Option<Space>) -> String {
     let mut points = PointList::default();
     let (mut cells, mut faces, mut regions) = (Vec::new(), Vec::new(), Vec::new());
     for PatchFace { part, depths } in patches {
@@ -138,11 +149,11 @@ fn patch_vtp(patches: &[PatchFace], body: &Body) -> String {
 
     let values = [PointValues::Scalars("depth", &points.depths)];
     let numbers = [CellValues::Numbers("face", &faces), CellValues::Numbers("region", &regions)];
-    write_vtp_cells(&points.positions, Cells::Polygons(&cells), &values, &numbers)
+    write_vtp_cells(&points.positions, Cells::Polygons(&cells), &values, &numbers, space)
 }
 
 /// Writes the chains of a curve; cells have their number, and 1 where they are closed.
-fn curve_vtp(curve: &[CurveChain]) -> String {
+fn curve_vtp(curve: &[CurveChain], space: Option<Space>) -> String {
     let mut positions = Vec::new();
     let (mut cells, mut numbers, mut closed) = (Vec::new(), Vec::new(), Vec::new());
     for (number, chain) in (0_u32..).zip(curve) {
@@ -156,7 +167,7 @@ fn curve_vtp(curve: &[CurveChain]) -> String {
     }
     let numbers =
         [CellValues::Numbers("loop", &numbers), CellValues::Numbers("is_closed", &closed)];
-    write_vtp_cells(&positions, Cells::Lines(&cells), &[], &numbers)
+    write_vtp_cells(&positions, Cells::Lines(&cells), &[], &numbers, space)
 }
 
 #[cfg(test)]
@@ -165,7 +176,7 @@ mod tests {
 
     #[test]
     fn names_are_taken_once() {
-        let mut names = FileFolder::new(Path::new("o"), ["A_in_b.vtp".to_owned()]);
+        let mut names = FileFolder::new(Path::new("o"), ["A_in_b.vtp".to_owned()], None);
         assert_eq!(names.take("a_in_b"), "a_in_b_2.vtp");
         assert_eq!(names.take("A_in_b"), "A_in_b_3.vtp");
         assert_eq!(names.take("b_in_a"), "b_in_a.vtp");

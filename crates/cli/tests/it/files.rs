@@ -264,7 +264,7 @@ fn formats_and_orders_are_kept() {
         let format = mesh_io::MeshFormat::of(format!("x.{extension}").as_ref()).expect("a format");
         let mesh =
             mesh_io::parse_mesh(tetrahedron(0.1, 7.0 / 3.0).as_bytes(), "obj").expect("a mesh");
-        let file = format.encode(&mesh.positions, &mesh.faces);
+        let file = format.encode(&mesh.positions, &mesh.faces, None);
         workshop.write(&format!("mesh.{extension}"), file);
         let path = format!("mesh.{extension}");
         let run = workshop.run("resolve", &[&path, "--no-report", "--out", "apart"]);

@@ -20,4 +20,5 @@ mod plan;
 mod range;
 mod resolve;
 mod signals;
+mod spaces;
 mod support;

@@ -55,7 +55,7 @@ fn vertices_of_stl_files_are_not_selected_by_number() {
     let workshop = Workshop::new();
     let [bone, muscle] = [0.0, 9.0].map(|x| shapes::icosphere(5.0, 1).translated(DVec3::X * x));
     workshop.write("bone.obj", obj(&bone));
-    let muscle = mesh_io::MeshFormat::Stl.encode(&muscle.positions, &muscle.faces);
+    let muscle = mesh_io::MeshFormat::Stl.encode(&muscle.positions, &muscle.faces, None);
     workshop.write("muscle.stl", String::from_utf8(muscle).expect("text"));
     let scene = "[[body]]\nfile = \"bone.obj\"\nkind = \"rigid\"\n[[body]]\nfile = \"muscle.stl\"\n\
                  [[fixed]]\nbody = \"muscle\"\n";

@@ -7,12 +7,12 @@ use glam::DVec3;
 use volume_mesh::{Cell, VolumeMesh};
 
 use super::piece::{Piece, shifted};
-use super::write::{array, point_arrays};
+use super::write::{array, field_data, point_arrays};
 use super::{Dialect, PointValues, VtkFile};
-use crate::ReadError;
 use crate::error::Format;
 use crate::mesh::Mesh;
 use crate::volume::{NumberedCells, NumberedNodes};
+use crate::{ReadError, Space};
 
 pub(super) const VTU: Dialect = Dialect {
     format: Format {
@@ -92,9 +92,15 @@ fn cell(
     cell.map(Some).map_err(wrong)
 }
 
-/// Returns a volume mesh with values per node as a `.vtu` file.
+/// Returns a volume mesh with values per node as a `.vtu` file, which states the space of its nodes
+/// where there is one.
 #[must_use]
-pub fn write_vtu(nodes: &[DVec3], mesh: &VolumeMesh, values: &[PointValues<'_>]) -> String {
+pub fn write_vtu(
+    nodes: &[DVec3],
+    mesh: &VolumeMesh,
+    values: &[PointValues<'_>],
+    space: Option<Space>,
+) -> String {
     let (mut connectivity, mut ends, mut types) = (Vec::new(), Vec::new(), Vec::new());
     for cell in mesh.cells() {
         connectivity.extend(cell.nodes());
@@ -109,11 +115,12 @@ pub fn write_vtu(nodes: &[DVec3], mesh: &VolumeMesh, values: &[PointValues<'_>])
     let offsets = array("UInt64", "offsets", 1, ends.into_iter().map(u64::to_le_bytes));
     let types = array("UInt8", "types", 1, types.into_iter().map(u8::to_le_bytes));
     let (point_data, points) = point_arrays(nodes, values);
+    let field_data = field_data(space);
     format!(
         r#"<?xml version="1.0"?>
 <VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" header_type="UInt64">
 <UnstructuredGrid>
-<Piece NumberOfPoints="{}" NumberOfCells="{}">
+{field_data}<Piece NumberOfPoints="{}" NumberOfCells="{}">
 {point_data}{points}<Cells>
 {connectivity}{offsets}{types}</Cells>
 </Piece>

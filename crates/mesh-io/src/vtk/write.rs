@@ -8,6 +8,8 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use glam::DVec3;
 
+use crate::Space;
+
 /// Values at the vertices of a surface, with their name.
 #[derive(Clone, Copy, Debug)]
 pub enum PointValues<'a> {
@@ -35,26 +37,34 @@ pub enum Cells<'a> {
     Lines(&'a [Vec<u32>]),
 }
 
-/// Returns a surface with values per vertex as a `.vtp` file.
+/// Returns a surface with values per vertex as a `.vtp` file, which states the space of its positions
+/// where there is one.
 #[must_use]
-pub fn write_vtp(positions: &[DVec3], faces: &[[u32; 3]], values: &[PointValues<'_>]) -> String {
+pub fn write_vtp(
+    positions: &[DVec3],
+    faces: &[[u32; 3]],
+    values: &[PointValues<'_>],
+    space: Option<Space>,
+) -> String {
     let polygons = CellList::new(faces.iter().map(|face| &face[..]));
-    poly_data(positions, values, [&polygons, &CellList::default()], &[])
+    poly_data(positions, values, [&polygons, &CellList::default()], &[], space)
 }
 
-/// Returns polygons or chains of segments as a `.vtp` file, with values per point and per cell.
+/// Returns polygons or chains of segments as a `.vtp` file, with values per point and per cell, which
+/// states the space of its positions where there is one.
 #[must_use]
 pub fn write_vtp_cells(
     positions: &[DVec3],
     cells: Cells<'_>,
     values: &[PointValues<'_>],
     cell_values: &[CellValues<'_>],
+    space: Option<Space>,
 ) -> String {
     let (Cells::Polygons(list) | Cells::Lines(list)) = cells;
     let list = CellList::new(list.iter().map(|cell| &cell[..]));
     let none = CellList::default();
     let lists = if matches!(cells, Cells::Polygons(_)) { [&list, &none] } else { [&none, &list] };
-    poly_data(positions, values, lists, cell_values)
+    poly_data(positions, values, lists, cell_values, space)
 }
 
 /// Cells of one kind, as the file has them.
@@ -96,6 +106,7 @@ fn poly_data(
     values: &[PointValues<'_>],
     [polygons, lines]: [&CellList; 2],
     cell_values: &[CellValues<'_>],
+    space: Option<Space>,
 ) -> String {
     let (point_data, points) = point_arrays(positions, values);
 
@@ -105,11 +116,12 @@ fn poly_data(
         cell_data = format!("<CellData>\n{cell_data}</CellData>\n");
     }
     let (lines_element, polygons_element) = (lines.element("Lines"), polygons.element("Polys"));
+    let field_data = field_data(space);
     format!(
         r#"<?xml version="1.0"?>
 <VTKFile type="PolyData" version="1.0" byte_order="LittleEndian" header_type="UInt64">
 <PolyData>
-<Piece NumberOfPoints="{}" NumberOfVerts="0" NumberOfLines="{}" NumberOfStrips="0" NumberOfPolys="{}">
+{field_data}<Piece NumberOfPoints="{}" NumberOfVerts="0" NumberOfLines="{}" NumberOfStrips="0" NumberOfPolys="{}">
 {point_data}{cell_data}{points}{lines_element}{polygons_element}</Piece>
 </PolyData>
 </VTKFile>
@@ -117,6 +129,16 @@ fn poly_data(
         positions.len(),
         lines.count,
         polygons.count,
+    )
+}
+
+/// Writes the space of all points as 3D Slicer does, by the codes of its letters and a 0, or nothing.
+pub(super) fn field_data(space: Option<Space>) -> String {
+    let Some(space) = space else { return String::new() };
+    let codes: String = space.to_string().bytes().map(|code| format!("{code} ")).collect();
+    format!(
+        "<FieldData>\n<Array type=\"String\" Name=\"SPACE\" NumberOfTuples=\"1\" \
+         format=\"ascii\">{codes}0</Array>\n</FieldData>\n"
     )
 }
 

@@ -1,7 +1,7 @@
 //! One planted mesh in every mesh format.
 
 use glam::DVec3;
-use mesh_io::{FilePlace, Mesh, MeshFormat, ReadError, Unread, parse_mesh, read_mesh};
+use mesh_io::{FilePlace, Mesh, MeshFormat, ReadError, Space, Unread, parse_mesh, read_mesh};
 
 use crate::{ROUNDS, Random, damaged};
 
@@ -329,7 +329,7 @@ fn files_are_written_and_read_by_path() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("written.ply");
     let planted = Mesh { polygons_fanned: 0, ..expected() };
-    let file = MeshFormat::Ply.encode(&planted.positions, &planted.faces);
+    let file = MeshFormat::Ply.encode(&planted.positions, &planted.faces, None);
     std::fs::write(&path, file).unwrap();
     assert_eq!(read_mesh(&path).unwrap(), planted);
 
@@ -337,6 +337,24 @@ fn files_are_written_and_read_by_path() {
     let error = read_mesh(&missing).unwrap_err().to_string();
     let expected = format!("{}: cannot be read: No such file", missing.display());
     assert!(error.starts_with(&expected), "{error}");
+}
+
+/// The space that is stated, if any, is read again.
+#[test]
+fn each_format_states_the_space() {
+    let planted = Mesh { polygons_fanned: 0, ..expected() };
+    for format in FORMATS {
+        for space in [None, Some(Space::LeftPosteriorSuperior), Some(Space::RightAnteriorSuperior)]
+        {
+            let file = format.encode(&planted.positions, &planted.faces, space);
+            let again = parse_mesh(&file, format.extension()).unwrap();
+            assert_eq!(
+                (again.space, again.faces.len()),
+                (space, planted.faces.len()),
+                "{format:?}"
+            );
+        }
+    }
 }
 
 const FORMATS: [MeshFormat; 4] =
@@ -350,7 +368,7 @@ fn each_format_writes_what_it_reads() {
     planted.positions[2] = DVec3::new(-0.0, 1e25, 5e-324);
     for format in FORMATS {
         assert_eq!(MeshFormat::of(format!("x.{}", format.extension()).as_ref()), Some(format));
-        let file = format.encode(&planted.positions, &planted.faces);
+        let file = format.encode(&planted.positions, &planted.faces, None);
         let again = parse_mesh(&file, format.extension()).unwrap();
 
         // STL has no vertices: it numbers corners in the order of the faces.
@@ -366,9 +384,9 @@ fn each_format_writes_what_it_reads() {
             assert_eq!(again, planted, "{format:?}");
         }
         // What was read keeps its order from then on.
-        let twice = parse_mesh(&format.encode(&again.positions, &again.faces), "");
+        let twice = parse_mesh(&format.encode(&again.positions, &again.faces, None), "");
         let twice = twice.or_else(|_| {
-            parse_mesh(&format.encode(&again.positions, &again.faces), format.extension())
+            parse_mesh(&format.encode(&again.positions, &again.faces, None), format.extension())
         });
         assert_eq!(twice.unwrap(), again, "{format:?}");
     }

@@ -45,7 +45,7 @@ fn lines_may_end_with_a_carriage_return() {
         nodes.replace(',', "")
     );
     let comment = |format: MeshFormat| {
-        let file = String::from_utf8(format.encode(&mesh, &tetrahedron)).expect("text");
+        let file = String::from_utf8(format.encode(&mesh, &tetrahedron, None)).expect("text");
         if format == MeshFormat::Obj { format!("# SPACE=RAS\n\n{file}") } else { file }
     };
     let ply = "ply\nformat ascii 1.0\ncomment a[\nelement vertex 4\nproperty double x\n\
@@ -90,7 +90,7 @@ fn lines_may_end_with_a_carriage_return() {
 #[test]
 fn binary_content_has_no_lines() {
     let corners = CORNERS.map(|x| x + DVec3::X * f64::from_le_bytes(*b"\n\r\n\r\r\n\0\x40"));
-    let file = MeshFormat::Ply.encode(&corners, &[[0, 1, 2]]);
+    let file = MeshFormat::Ply.encode(&corners, &[[0, 1, 2]], None);
     let header = file.windows(11).position(|window| window == b"end_header\n").expect("an end");
     let returns = [with_returns(&file[..header + 11]), file[header + 11..].to_vec()].concat();
     for file in [&file, &returns] {
@@ -209,7 +209,7 @@ fn ply_names_that_are_declared_twice_are_refused() {
 /// As 3D Slicer writes them; a file that is written again keeps what it states.
 #[test]
 fn stated_spaces_are_read() {
-    let plain = MeshFormat::Ply.encode(&CORNERS, &[[0, 1, 2]]);
+    let plain = MeshFormat::Ply.encode(&CORNERS, &[[0, 1, 2]], None);
     let spliced = |file: &[u8], at: &str, more: String| {
         let place = file.windows(at.len()).position(|window| window == at.as_bytes());
         let end = place.expect("a place") + at.len();
@@ -226,10 +226,10 @@ fn stated_spaces_are_read() {
             [0.0_f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.5, 0.0].map(f32::to_le_bytes).concat(),
         );
         binary.extend([0; 2]);
-        let text = MeshFormat::Stl.encode(&CORNERS, &[[0, 1, 2]]);
-        let obj = MeshFormat::Obj.encode(&CORNERS, &[[0, 1, 2]]);
+        let text = MeshFormat::Stl.encode(&CORNERS, &[[0, 1, 2]], None);
+        let obj = MeshFormat::Obj.encode(&CORNERS, &[[0, 1, 2]], None);
         let codes = name.bytes().map(|byte| format!("{byte} ")).collect::<String>() + "0";
-        let vtp = MeshFormat::Vtp.encode(&CORNERS, &[[0, 1, 2]]);
+        let vtp = MeshFormat::Vtp.encode(&CORNERS, &[[0, 1, 2]], None);
         let field = |content: &str| {
             let array = format!("<Array type=\"String\" Name=\"SPACE\" {content}</Array>");
             spliced(&vtp, "<PolyData>", format!("<FieldData>{array}</FieldData>"))

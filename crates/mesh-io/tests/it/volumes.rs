@@ -1,7 +1,7 @@
 //! Volume meshes: one planted block of a hexahedron with tetrahedra on top, in every format.
 
 use glam::DVec3;
-use mesh_io::{Mesh, ReadError, Volume, parse_mesh, write_vtu};
+use mesh_io::{Mesh, ReadError, Space, Volume, parse_mesh, write_vtu};
 use volume_mesh::Cell;
 
 use crate::{ROUNDS, Random, damaged};
@@ -47,7 +47,7 @@ pub(crate) const MSH_4: &str = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\
 
 fn vtu() -> String {
     let mesh = volume_mesh::VolumeMesh::new(NODES.len(), cells()).expect("valid nodes");
-    write_vtu(&NODES.map(DVec3::from_array), &mesh, &[])
+    write_vtu(&NODES.map(DVec3::from_array), &mesh, &[], None)
 }
 
 /// Name, extension and content of each file, with the numbers of its cells.
@@ -84,9 +84,10 @@ fn nodes_inside_are_no_vertices() {
     let block = fixtures::volume::Block::new(DVec3::ONE, [2; 3]);
     let cells = block.hexahedra.iter().copied().map(Cell::Hexahedron).collect();
     let mesh = volume_mesh::VolumeMesh::new(27, cells).expect("valid nodes");
-    let file = write_vtu(&block.nodes, &mesh, &[]);
+    let space = Some(Space::RightAnteriorSuperior);
+    let file = write_vtu(&block.nodes, &mesh, &[], space);
     let read = parse_mesh(file.as_bytes(), "vtu").unwrap();
-    assert_eq!((read.positions.len(), read.faces.len()), (26, 48));
+    assert_eq!((read.positions.len(), read.faces.len(), read.space), (26, 48, space));
     let volume = volume(read);
     assert_eq!((volume.nodes, volume.mesh), (block.nodes, mesh));
     assert!(!volume.boundary.nodes.contains(&13));

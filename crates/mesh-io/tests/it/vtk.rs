@@ -210,7 +210,7 @@ fn points_are_replaced_in_every_way_of_writing() {
 fn a_written_surface_reads_back() {
     let Mesh { positions, faces, .. } = planted();
     let values = [PointValues::Scalars("height", &[0.0; 4])];
-    let file = write_vtp(&positions, &faces, &values);
+    let file = write_vtp(&positions, &faces, &values, None);
     assert_eq!(read(file.as_bytes()).unwrap(), planted());
 }
 
@@ -221,13 +221,13 @@ fn written_polygons_read_back_and_chains_are_no_faces() {
     let values = [PointValues::Scalars("height", &heights)];
     let numbers = [CellValues::Numbers("region", &[7])];
     let cell = [vec![0, 1, 2, 3]];
-    let file = write_vtp_cells(&positions, Cells::Polygons(&cell), &values, &numbers);
+    let file = write_vtp_cells(&positions, Cells::Polygons(&cell), &values, &numbers, None);
     let read_back = read(file.as_bytes()).expect("a mesh");
     assert_eq!((read_back.positions, read_back.faces.len()), (positions.clone(), 2));
     assert_eq!(read_back.polygons_fanned, 1);
     assert!(file.contains("<CellData>") && file.contains("Name=\"region\""), "{file}");
 
-    let chain = write_vtp_cells(&positions, Cells::Lines(&cell), &[], &[]);
+    let chain = write_vtp_cells(&positions, Cells::Lines(&cell), &[], &[], None);
     assert!(chain.contains("NumberOfLines=\"1\"") && !chain.contains("CellData"), "{chain}");
     assert!(chain.contains("NumberOfPolys=\"0\""), "{chain}");
 }
