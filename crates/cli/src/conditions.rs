@@ -93,7 +93,7 @@ impl LoadedScene {
         let text = mesh_io::read_text(file);
         let text =
             text.map_err(|error| Failure::in_file(file, format!("cannot be read: {error}")))?;
-        let known = self.vertex_numbers(body);
+        let known = self.vertices_by_number(body);
         let mut vertices = Vec::new();
 
         for (line, text) in (1..).zip(text.lines()) {
@@ -117,15 +117,11 @@ impl LoadedScene {
         Ok(vertices)
     }
 
-    /// Returns the vertices of a body by the numbers in its file: those of nodes where it has a
-    /// volume mesh, else counted from 0.
-    fn vertex_numbers(&self, body: BodyId) -> HashMap<u64, u32> {
+    /// Returns the vertices of a body by the numbers in its file: those of nodes, or else counted from 0.
+    fn vertices_by_number(&self, body: BodyId) -> HashMap<u64, u32> {
         let count = self.scene.body(body).positions().len();
-        match &self.volumes[body.index()] {
-            Some(volume) => {
-                let nodes = volume.boundary.nodes.iter();
-                nodes.map(|&node| volume.node_numbers[node as usize]).zip(0..).collect()
-            }
+        match &self.vertex_numbers[body.index()] {
+            Some(numbers) => numbers.iter().copied().zip(0..).collect(),
             None => (0..count as u64).zip(0..).collect(),
         }
     }

@@ -23,7 +23,7 @@ use crate::terminal;
 /// Arguments that name the bodies of a scene.
 #[derive(Debug, Args)]
 pub(crate) struct SceneArguments {
-    /// Scene file (.toml), or mesh files: PLY, OBJ, STL or VTP; volume meshes: VTU, MSH or INP
+    /// Scene file (.toml), or mesh files: PLY, OBJ, STL or VTP; volume meshes and surfaces: VTU, MSH or INP
     #[arg(required = true, value_name = "SCENE.toml | MESH")]
     pub(crate) inputs: Vec<PathBuf>,
 
@@ -73,6 +73,8 @@ pub(crate) struct LoadedScene {
     pub(crate) bodies: Vec<BodyRecord>,
     /// Volume meshes of the bodies that have one.
     pub(crate) volumes: Vec<Option<Volume>>,
+    /// Per body, the numbers of its vertices in the file, where they are not counted from 0.
+    pub(crate) vertex_numbers: Vec<Option<Vec<u64>>>,
     /// Space that files state, which is that of all.
     pub(crate) space: Option<Space>,
 }
@@ -84,15 +86,17 @@ impl LoadedScene {
         let (meshes, space) = read_meshes(&description)?;
 
         // Bodies in the order of the description, whichever was read first.
-        let (bodies, volumes) = (Vec::new(), Vec::new());
-        let mut loaded = Self { description, scene: Scene::new(), bodies, volumes, space };
+        let (bodies, volumes, vertex_numbers) = (Vec::new(), Vec::new(), Vec::new());
+        let scene = Scene::new();
+        let mut loaded = Self { description, scene, bodies, volumes, vertex_numbers, space };
         let mut ids = Vec::new();
         for inspected in meshes {
-            let InspectedMesh { record, surface, positions, volume } = inspected?;
+            let InspectedMesh { record, surface, positions, volume, vertex_numbers } = inspected?;
             let (name, kind) = (record.name.as_str(), record.kind);
             ids.push(loaded.scene.add(name, kind, surface, positions)?);
             loaded.bodies.push(record);
             loaded.volumes.push(volume);
+            loaded.vertex_numbers.push(vertex_numbers);
         }
 
         for IgnoredPair { a, b } in &loaded.description.ignored {
@@ -285,12 +289,13 @@ struct InspectedMesh {
     surface: TriangleSurface,
     positions: Vec<DVec3>,
     volume: Option<Volume>,
+    vertex_numbers: Option<Vec<u64>>,
 }
 
 impl InspectedMesh {
     fn new(body: &BodyDescription, mesh: Mesh) -> Result<Self, SceneError> {
         let refused = |source| SceneError::Surface { name: body.name.clone(), source };
-        let Mesh { mut positions, mut faces, mut volume, .. } = mesh;
+        let Mesh { mut positions, mut faces, mut volume, vertex_numbers, .. } = mesh;
         if let Some(placement) = &body.placement {
             // Its nodes stay where the file has them, so that it is a surface here.
             volume = None;
@@ -322,6 +327,6 @@ impl InspectedMesh {
             self_crossings: None,
             volume_mesh: volume.as_ref().map(VolumeRecord::new),
         };
-        Ok(Self { record, surface, positions, volume })
+        Ok(Self { record, surface, positions, volume, vertex_numbers })
     }
 }

@@ -1,8 +1,9 @@
-//! Abaqus input files: nodes, tetrahedra (`C3D4`) and hexahedra (`C3D8`) of one part.
+//! Abaqus input files: nodes, tetrahedra (`C3D4`) and hexahedra (`C3D8`) of one part, or its shells,
+//! membranes, rigid and plane elements of three or four nodes.
 //!
 //! This reader is not a crate's: there is none, and a file is written again with other coordinates
 //! and all else as it was. Solids of other physics and continuum shells count as solids of their
-//! shape. Elements without volume, plane ones, and those of unknown types are skipped and counted,
+//! shape. Elements without volume beside solids, and those of unknown types, are skipped and counted;
 //! reference points of the assembly are skipped. Solids of other shapes are refused, and so are files
 //! whose nodes are generated, included, or placed by more than one part or instance.
 //!
@@ -12,15 +13,15 @@
 use volume_mesh::Cell;
 
 use crate::error::Format;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, Polygons};
 use crate::text::{Line, Lines, number, placed_fields, quoted};
 use crate::text_nodes::TextNodes;
-use crate::volume::NumberedCells;
+use crate::volume::{MeshElements, NumberedCells};
 use crate::{ReadError, SkippedElements};
 
 const INP: Format = Format {
     name: "INP",
-    remedy: "save it as one part with its nodes and linear solid elements in one file",
+    remedy: "save it as one part with its nodes and linear elements, of a solid or a surface, in one file",
 };
 
 /// Keywords by which nodes or elements come from elsewhere, or coordinates belong to other axes.
@@ -31,21 +32,36 @@ const GENERATING: [&str; 8] =
 /// mass diffusion, sound and several of these, and shells that are as thick as their elements.
 const SOLIDS: [&str; 7] = ["C3D", "DC3D", "DCC3D", "AC3D", "Q3D", "SC", "CSS"];
 
+/// Families of elements that are the mesh of a surface, where there are no solids: shells for stress and heat,
+/// membranes, rigid and reinforcing surfaces, those around a fluid, and plane elements, as which Gmsh writes
+/// surfaces.
+const SURFACES: [&str; 9] = ["S", "STRI", "DS", "M3D", "R3D", "SFM3D", "F3D", "CPS", "CPE"];
+
 /// Families of other elements with volume: Eulerian, electromagnetic, fluid, infinite, cohesive, gasket and
 /// cylindrical ones.
 const OTHER_VOLUMES: [&str; 8] =
     ["EC3D", "EMC3D", "FC3D", "CIN3D", "ACIN3D", "COH3D", "GK3D", "CCL"];
 
-/// Reads the nodes and solid elements of an input file.
+/// Reads the nodes and elements of an input file.
 pub(crate) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
-    let content = parse_content(bytes)?;
-    let mesh = Mesh::of_volume(content.nodes.numbered, content.cells)?;
-    Ok(Mesh { skipped: content.skipped.if_any(), ..mesh })
+    let mut content = parse_content(bytes, MeshElements::Cells)?;
+    if content.cells.is_empty() {
+        content = parse_content(bytes, MeshElements::Polygons)?;
+    }
+    let InpContent { nodes, cells, polygons, skipped, .. } = content;
+
+    // Of what there is no mesh, the first type is named.
+    let has_mesh = !cells.is_empty() || !polygons.is_empty();
+    if let (false, Some(kind)) = (has_mesh, skipped.counts.keys().next()) {
+        return Err(unsupported_type(kind));
+    }
+    let mesh = Mesh::of_elements(nodes.numbered, cells, &polygons)?;
+    Ok(Mesh { skipped: skipped.if_any(), ..mesh })
 }
 
 /// Reads the nodes with the places of their coordinates.
 pub(crate) fn parse_nodes(bytes: &[u8]) -> Result<TextNodes, ReadError> {
-    Ok(parse_content(bytes)?.nodes)
+    Ok(parse_content(bytes, MeshElements::Cells)?.nodes)
 }
 
 /// Meaning of the data lines below a keyword.
@@ -54,7 +70,9 @@ enum Block {
     Nodes,
     Tetrahedra,
     Hexahedra,
-    /// Elements of a type that is no solid.
+    Triangles,
+    Quadrilaterals,
+    /// Elements of a type that is no part of the mesh.
     OtherElements,
     /// Way in which an instance is placed.
     Placement,
@@ -64,8 +82,10 @@ enum Block {
 /// Content of a file, as far as it is read.
 #[derive(Debug, Default)]
 struct InpContent {
+    elements: MeshElements,
     nodes: TextNodes,
     cells: NumberedCells,
+    polygons: Polygons,
     parts: usize,
     instances: usize,
     /// Part of the assembly, outside its instances.
@@ -79,8 +99,8 @@ struct InpContent {
     is_skipping: bool,
 }
 
-fn parse_content(bytes: &[u8]) -> Result<InpContent, ReadError> {
-    let mut content = InpContent::default();
+fn parse_content(bytes: &[u8], elements: MeshElements) -> Result<InpContent, ReadError> {
+    let mut content = InpContent { elements, ..InpContent::default() };
     let (mut block, mut last) = (Block::Skipped, 0);
     for line in Lines::new(bytes) {
         last = line.number;
@@ -97,10 +117,12 @@ fn parse_content(bytes: &[u8]) -> Result<InpContent, ReadError> {
         // Data lines belong to the last keyword.
         match block {
             Block::Nodes => content.read_node(&line)?,
-            Block::Tetrahedra | Block::Hexahedra => content.read_element(&line, block)?,
             Block::OtherElements => content.skip_element(&line),
             Block::Placement => return Err(INP.unsupported("an instance that is placed anew")),
             Block::Skipped => {}
+            Block::Tetrahedra | Block::Hexahedra | Block::Triangles | Block::Quadrilaterals => {
+                content.read_element(&line, block)?;
+            }
         }
     }
     content.check_complete(last)?;
@@ -127,9 +149,13 @@ impl InpContent {
                 let Some(kind) = words.find_map(|word| word.strip_prefix("TYPE=")) else {
                     return Err(INP.unsupported("a line *ELEMENT without a type"));
                 };
-                let block = element_block(kind)?;
+                // Of an assembly's elements, whose nodes are its own, solids alone are missed.
+                let mut block = element_block(kind, self.elements)?;
                 if self.is_in_assembly && block != Block::OtherElements {
-                    return Err(INP.unsupported("solid elements of an assembly"));
+                    if self.elements == MeshElements::Cells {
+                        return Err(INP.unsupported("solid elements of an assembly"));
+                    }
+                    block = Block::OtherElements;
                 }
                 kind.clone_into(&mut self.skipped_kind);
                 Ok(block)
@@ -178,17 +204,25 @@ impl InpContent {
         }
 
         // An element is complete with its last node, or with a line that does not go on.
-        let corners = if block == Block::Tetrahedra { 4 } else { 8 };
+        let corners = match block {
+            Block::Triangles => 3,
+            Block::Tetrahedra | Block::Quadrilaterals => 4,
+            _ => 8,
+        };
         if self.element.len() <= corners && line.text.trim_ascii_end().ends_with(b",") {
             return Ok(());
         }
         let Some((&number, nodes)) = self.element.split_first() else { return Ok(()) };
-        let cell = if block == Block::Tetrahedra {
-            Cell::Tetrahedron(self.nodes.cell(&INP, line.number, nodes)?)
-        } else {
-            Cell::Hexahedron(self.nodes.cell(&INP, line.number, nodes)?)
-        };
-        self.cells.push(number, cell);
+        let Self { nodes: known, cells, polygons, .. } = self;
+        let line = line.number;
+        match block {
+            Block::Tetrahedra => {
+                cells.push(number, Cell::Tetrahedron(known.indices(&INP, line, nodes)?));
+            }
+            Block::Triangles => polygons.push_nodes(known.indices::<3>(&INP, line, nodes)?),
+            Block::Quadrilaterals => polygons.push_nodes(known.indices::<4>(&INP, line, nodes)?),
+            _ => cells.push(number, Cell::Hexahedron(known.indices(&INP, line, nodes)?)),
+        }
         self.element.clear();
         Ok(())
     }
@@ -222,16 +256,35 @@ fn check_parameters<'a>(words: impl Iterator<Item = &'a str>) -> Result<(), Read
 }
 
 /// Returns the block of an element type; letters behind the shape concern the integration.
-fn element_block(kind: &str) -> Result<Block, ReadError> {
+fn element_block(kind: &str, elements: MeshElements) -> Result<Block, ReadError> {
     let shapes = SOLIDS.iter().filter_map(|family| kind.strip_prefix(family));
     let mut shapes = shapes.map(|shape| shape.trim_end_matches(|c: char| c.is_ascii_alphabetic()));
     let is_other = OTHER_VOLUMES.iter().any(|family| kind.starts_with(family));
     match shapes.next() {
         Some("4") => Ok(Block::Tetrahedra),
         Some("8") => Ok(Block::Hexahedra),
+        None if !is_other && elements == MeshElements::Polygons => match surface_nodes(kind) {
+            Some("3") => Ok(Block::Triangles),
+            Some("4") => Ok(Block::Quadrilaterals),
+            Some(_) => Err(unsupported_type(kind)),
+            None => Ok(Block::OtherElements),
+        },
         None if !is_other => Ok(Block::OtherElements),
-        _ => Err(INP.unsupported(format!("elements of type {}", quoted(kind)))),
+        _ => Err(unsupported_type(kind)),
     }
+}
+
+/// Returns the number of nodes of an element type of a surface, which stands behind its family.
+fn surface_nodes(kind: &str) -> Option<&str> {
+    SURFACES.iter().find_map(|family| {
+        let shape = kind.strip_prefix(family)?;
+        let end = shape.find(|c: char| !c.is_ascii_digit()).unwrap_or(shape.len());
+        (end > 0).then_some(&shape[..end])
+    })
+}
+
+fn unsupported_type(kind: &str) -> ReadError {
+    INP.unsupported(format!("elements of type {}", quoted(kind)))
 }
 
 #[cfg(test)]

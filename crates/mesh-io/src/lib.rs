@@ -6,9 +6,9 @@
 //! | OBJ | mesh | yes | [`MeshFormat::encode`] |
 //! | STL | mesh, ASCII or binary | yes | [`MeshFormat::encode`] |
 //! | VTP | mesh, every encoding of VTK | yes | [`write_vtp`], with values per vertex; [`write_vtp_cells`] |
-//! | VTU | volume mesh, every encoding of VTK | yes | [`write_vtu`], with values per node |
-//! | MSH | volume mesh, text of versions 2 and 4.1 | yes | [`replace_positions`] |
-//! | INP | volume mesh, one part | yes | [`replace_positions`] |
+//! | VTU | volume mesh or surface, every encoding of VTK | yes | [`write_vtu`], with values per node |
+//! | MSH | volume mesh or surface, text of versions 2 and 4.1 | yes | [`replace_positions`] |
+//! | INP | volume mesh or surface, one part | yes | [`replace_positions`] |
 //! | OSIM | OpenSim model: meshes of its bodies | [`read_model`] | no |
 //! | NRRD | distance field, raw or gzip | yes | [`FieldFormat::encode`] |
 //! | VTI | distance field, every encoding of VTK | yes | [`FieldFormat::encode`] |

@@ -29,6 +29,9 @@ pub struct Mesh {
     pub skipped: Option<SkippedElements>,
     /// Space of the positions, where the file states one.
     pub space: Option<Space>,
+    /// Number of each vertex in the file, where vertices are nodes: those of an MSH, INP or VTU file; `None`
+    /// where they are counted from 0.
+    pub vertex_numbers: Option<Vec<u64>>,
     /// Volume mesh whose boundary this is, of a file with tetrahedra or hexahedra.
     pub volume: Option<Volume>,
 }
@@ -64,6 +67,15 @@ impl Polygons {
         Self { corners: Vec::with_capacity(3 * triangles), ends: Vec::with_capacity(triangles) }
     }
 
+    /// Adds a polygon of nodes that are known.
+    pub(crate) fn push_nodes<const N: usize>(&mut self, nodes: [u32; N]) {
+        self.push(nodes.map(i64::from));
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.ends.is_empty()
+    }
+
     pub(crate) fn push(&mut self, corners: impl IntoIterator<Item = i64>) {
         self.corners.extend(corners);
         self.ends.push(self.corners.len());
@@ -73,14 +85,14 @@ impl Polygons {
 impl Mesh {
     /// Checks the content of a file and fans its polygons into triangles.
     pub(crate) fn assemble(positions: Vec<DVec3>, polygons: &Polygons) -> Result<Self, ReadError> {
-        if polygons.ends.is_empty() {
+        if polygons.is_empty() {
             return Err(ReadError::NoFaces { vertices: positions.len() });
         }
         check_positions(&positions)?;
 
         // Triangles stay as they are, larger polygons become fans, in the order of the file.
         let faces = Vec::with_capacity(polygons.ends.len());
-        let mut mesh = Self::new(positions, faces, None);
+        let mut mesh = Self::new(positions, faces);
         let (mut corners, mut start) = (Vec::new(), 0);
 
         for (face, &end) in polygons.ends.iter().enumerate() {
@@ -97,20 +109,35 @@ impl Mesh {
         Ok(mesh)
     }
 
-    /// Checks the nodes and cells of a file, and finds the surface around them.
-    pub(crate) fn of_volume(nodes: NumberedNodes, cells: NumberedCells) -> Result<Self, ReadError> {
+    /// Checks the nodes and elements of a file: its cells, and the surface around them, or else the
+    /// surface that its polygons are, with all nodes as vertices.
+    pub(crate) fn of_elements(
+        nodes: NumberedNodes,
+        cells: NumberedCells,
+        polygons: &Polygons,
+    ) -> Result<Self, ReadError> {
+        if cells.is_empty() && !polygons.is_empty() {
+            let mesh = Self::assemble(nodes.positions, polygons)?;
+            return Ok(Self { vertex_numbers: Some(nodes.numbers), ..mesh });
+        }
+        Self::of_volume(nodes, cells)
+    }
+
+    fn of_volume(nodes: NumberedNodes, cells: NumberedCells) -> Result<Self, ReadError> {
         let NumberedNodes { positions: nodes, numbers: node_numbers } = nodes;
         check_positions(&nodes)?;
         let mesh = VolumeMesh::new(nodes.len(), cells.cells)?;
         let boundary = mesh.boundary()?;
 
         let (positions, faces) = (boundary.positions(&nodes), boundary.faces.clone());
+        let numbers = boundary.nodes.iter().map(|&node| node_numbers[node as usize]).collect();
         let volume = Volume { mesh, nodes, boundary, node_numbers, cell_numbers: cells.numbers };
-        Ok(Self::new(positions, faces, Some(volume)))
+        let mesh = Self::new(positions, faces);
+        Ok(Self { vertex_numbers: Some(numbers), volume: Some(volume), ..mesh })
     }
 
     /// Returns a mesh of a file of which nothing else is told.
-    fn new(positions: Vec<DVec3>, faces: Vec<[u32; 3]>, volume: Option<Volume>) -> Self {
+    fn new(positions: Vec<DVec3>, faces: Vec<[u32; 3]>) -> Self {
         Self {
             positions,
             faces,
@@ -118,7 +145,8 @@ impl Mesh {
             unread: None,
             skipped: None,
             space: None,
-            volume,
+            vertex_numbers: None,
+            volume: None,
         }
     }
 

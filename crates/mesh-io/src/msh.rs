@@ -1,8 +1,9 @@
-//! Gmsh MSH, versions 2 and 4.1, as text: nodes, tetrahedra and hexahedra.
+//! Gmsh MSH, versions 2 and 4.1, as text: nodes, tetrahedra and hexahedra, or triangles and
+//! quadrilaterals.
 //!
 //! This reader is not a crate's, because places matter: nodes keep their order, and a file is
-//! written again with other coordinates and all else as it was. Points, lines and surface elements
-//! are skipped; other volume elements are refused.
+//! written again with other coordinates and all else as it was. Points and lines are skipped, and so are
+//! surface elements where there are tetrahedra or hexahedra; other elements are refused.
 //!
 //! Source: C. Geuzaine and J.-F. Remacle, "Gmsh reference manual", section "MSH file format".
 
@@ -10,19 +11,29 @@ use volume_mesh::Cell;
 
 use crate::ReadError;
 use crate::error::Format;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, Polygons};
 use crate::text::{Line, Lines, number, placed_words, quoted};
 use crate::text_nodes::TextNodes;
-use crate::volume::NumberedCells;
+use crate::volume::{MeshElements, NumberedCells};
 
 const MSH: Format = Format {
     name: "MSH",
-    remedy: "save it as text in version 4.1 or 2.2, with linear tetrahedra and hexahedra",
+    remedy: "save it as text in version 4.1 or 2.2, with linear tetrahedra and hexahedra, or triangles \
+             and quadrilaterals",
 };
 
 /// Numbers of element types without volume: points, lines and surfaces of any order.
 const WITHOUT_VOLUME: [u64; 18] =
     [1, 2, 3, 8, 9, 10, 15, 16, 20, 21, 22, 23, 24, 25, 26, 27, 28, 36];
+
+/// Numbers of element types of surfaces that are not linear.
+const CURVED_SURFACES: [u64; 10] = [9, 10, 16, 20, 21, 22, 23, 24, 25, 36];
+
+/// Number of the element type of linear triangles.
+const TRIANGLE: u64 = 2;
+
+/// Number of the element type of linear quadrilaterals.
+const QUADRILATERAL: u64 = 3;
 
 /// Number of the element type of linear tetrahedra.
 const TETRAHEDRON: u64 = 4;
@@ -30,27 +41,33 @@ const TETRAHEDRON: u64 = 4;
 /// Number of the element type of linear hexahedra.
 const HEXAHEDRON: u64 = 5;
 
-/// Reads the nodes and cells of an MSH file.
+/// Reads the nodes and elements of an MSH file.
 pub(crate) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
-    let MshContent { nodes, cells } = parse_content(bytes)?;
-    Mesh::of_volume(nodes.numbered, cells)
+    let mut content = parse_content(bytes, MeshElements::Cells)?;
+    if content.cells.is_empty() {
+        content = parse_content(bytes, MeshElements::Polygons)?;
+    }
+    Mesh::of_elements(content.nodes.numbered, content.cells, &content.polygons)
 }
 
 /// Reads the nodes with the places of their coordinates.
 pub(crate) fn parse_nodes(bytes: &[u8]) -> Result<TextNodes, ReadError> {
-    Ok(parse_content(bytes)?.nodes)
+    Ok(parse_content(bytes, MeshElements::Cells)?.nodes)
 }
 
-/// Nodes and cells of a file.
+/// Nodes and elements of a file.
 #[derive(Debug, Default)]
 struct MshContent {
+    elements: MeshElements,
     nodes: TextNodes,
     cells: NumberedCells,
+    polygons: Polygons,
 }
 
-fn parse_content(bytes: &[u8]) -> Result<MshContent, ReadError> {
+fn parse_content(bytes: &[u8], elements: MeshElements) -> Result<MshContent, ReadError> {
     let mut lines = Lines::new(bytes);
-    let (mut content, mut is_blocked) = (MshContent::default(), false);
+    let mut content = MshContent { elements, ..MshContent::default() };
+    let mut is_blocked = false;
 
     // Sections in the order of the file; those without nodes or elements are skipped.
     while let Some(line) = lines.next() {
@@ -159,13 +176,23 @@ impl MshContent {
         kind: u64,
         nodes: &[u64],
     ) -> Result<(), ReadError> {
-        let cell = match kind {
-            TETRAHEDRON => Cell::Tetrahedron(self.nodes.cell(&MSH, line, nodes)?),
-            HEXAHEDRON => Cell::Hexahedron(self.nodes.cell(&MSH, line, nodes)?),
-            kind if WITHOUT_VOLUME.contains(&kind) => return Ok(()),
+        let Self { nodes: known, cells, polygons, .. } = self;
+        let has_surface = self.elements == MeshElements::Polygons;
+        match kind {
+            TETRAHEDRON => {
+                cells.push(element, Cell::Tetrahedron(known.indices(&MSH, line, nodes)?));
+            }
+            HEXAHEDRON => cells.push(element, Cell::Hexahedron(known.indices(&MSH, line, nodes)?)),
+            TRIANGLE if has_surface => {
+                polygons.push_nodes(known.indices::<3>(&MSH, line, nodes)?);
+            }
+            QUADRILATERAL if has_surface => {
+                polygons.push_nodes(known.indices::<4>(&MSH, line, nodes)?);
+            }
+            _ if WITHOUT_VOLUME.contains(&kind)
+                && !(has_surface && CURVED_SURFACES.contains(&kind)) => {}
             other => return Err(MSH.unsupported(format!("element type {other}"))),
-        };
-        self.cells.push(element, cell);
+        }
         Ok(())
     }
 }

@@ -39,8 +39,10 @@ fn replaced(file: &[u8], extension: &str, positions: &[DVec3]) -> Result<Vec<u8>
         FileFormat::Surface(MeshFormat::Obj) => obj::replace(file, positions),
         FileFormat::Surface(MeshFormat::Ply) => ply_replace::replace(file, positions),
         FileFormat::Surface(MeshFormat::Stl) => stl::replace(file, positions),
-        FileFormat::Surface(MeshFormat::Vtp) => replace_points(file, VtkPoints::Surface, positions),
-        FileFormat::Vtu => replace_points(file, VtkPoints::Volume, positions),
+        FileFormat::Surface(MeshFormat::Vtp) => {
+            replace_points(file, VtkPoints::PolyData, positions)
+        }
+        FileFormat::Vtu => replace_points(file, VtkPoints::UnstructuredGrid, positions),
         FileFormat::Msh => {
             replace_nodes(file, &msh::parse_nodes(file)?, Precision::Double, positions)
         }
@@ -61,8 +63,8 @@ pub fn coordinate_precision(file: &[u8], extension: &str) -> Result<Precision, R
         FileFormat::Surface(MeshFormat::Obj) | FileFormat::Msh => Ok(Precision::Double),
         FileFormat::Surface(MeshFormat::Ply) => ply_replace::precision(file),
         FileFormat::Surface(MeshFormat::Stl) => Ok(stl::precision(file)),
-        FileFormat::Surface(MeshFormat::Vtp) => VtkPoints::Surface.precision(file),
-        FileFormat::Vtu => VtkPoints::Volume.precision(file),
+        FileFormat::Surface(MeshFormat::Vtp) => VtkPoints::PolyData.precision(file),
+        FileFormat::Vtu => VtkPoints::UnstructuredGrid.precision(file),
         FileFormat::Inp => Ok(Precision::TwentyCharacters),
     }
 }

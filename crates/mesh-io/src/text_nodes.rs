@@ -17,7 +17,7 @@ pub(crate) struct TextNodes {
     /// Bytes of the coordinates of each node.
     pub(crate) places: Vec<[Range<usize>; 3]>,
     /// Index of each node, by its number in the file.
-    indices: HashMap<u64, u32>,
+    index_of: HashMap<u64, u32>,
 }
 
 impl TextNodes {
@@ -46,7 +46,7 @@ impl TextNodes {
         // A number that comes twice would leave two nodes with one name.
         let index = u32::try_from(self.numbered.positions.len());
         let index = index.map_err(|_| ReadError::TooManyVertices(self.places.len()))?;
-        if self.indices.insert(node, index).is_some() {
+        if self.index_of.insert(node, index).is_some() {
             return Err(format.on_line(line.number, format!("node {node} is defined again")));
         }
         self.numbered.positions.push(position);
@@ -55,8 +55,8 @@ impl TextNodes {
         Ok(())
     }
 
-    /// Returns the indices of a cell's nodes, by their numbers in the file.
-    pub(crate) fn cell<const N: usize>(
+    /// Returns the indices of an element's nodes, by their numbers in the file.
+    pub(crate) fn indices<const N: usize>(
         &self,
         format: &Format,
         line: usize,
@@ -68,7 +68,7 @@ impl TextNodes {
         };
         let mut indices = [0; N];
         for (index, node) in indices.iter_mut().zip(nodes) {
-            let Some(&known) = self.indices.get(&node) else {
+            let Some(&known) = self.index_of.get(&node) else {
                 return Err(format.on_line(line, format!("node {node} is not defined above")));
             };
             *index = known;

@@ -18,6 +18,14 @@ pub struct Volume {
     pub cell_numbers: Vec<u64>,
 }
 
+/// Elements that are the mesh of a file: those of a surface beside cells are skipped.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum MeshElements {
+    #[default]
+    Cells,
+    Polygons,
+}
+
 /// Nodes of a file with their numbers there.
 #[derive(Debug, Default)]
 pub(crate) struct NumberedNodes {
@@ -33,6 +41,10 @@ pub(crate) struct NumberedCells {
 }
 
 impl NumberedCells {
+    pub(crate) fn is_empty(&self) -> bool {
+        self.cells.is_empty()
+    }
+
     pub(crate) fn push(&mut self, number: u64, cell: Cell) {
         self.cells.push(cell);
         self.numbers.push(number);

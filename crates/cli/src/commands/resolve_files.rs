@@ -26,6 +26,10 @@ const ONE_IN_SINGLE_PRECISION: &str = "vertices that were moved are one in singl
 const SPLIT_OTHERWISE: &str = "polygons that were moved are split otherwise: the file that is written \
                                has triangles, and no other attributes";
 
+/// Refusal of a file whose elements cannot be replaced by triangles.
+const NO_TRIANGLES: &str = "polygons that were moved are split otherwise, and nothing else of the file would \
+                            stay: split them into triangles first";
+
 /// File of a body at the end.
 #[derive(Debug)]
 pub(super) struct BodyFile {
@@ -195,7 +199,10 @@ fn rewritten(
         Ok(mesh) if mesh.faces == faces => return Ok((content, mesh)),
         Ok(mesh) if mesh.polygons_fanned == 0 => (MeshFormat::Stl, ONE_IN_SINGLE_PRECISION),
         Ok(_) | Err(ReadError::NotFannable { .. }) => {
-            (MeshFormat::of(path).unwrap_or(MeshFormat::Ply), SPLIT_OTHERWISE)
+            let Some(format) = MeshFormat::of(path) else {
+                return Err(Failure::in_file(path, NO_TRIANGLES));
+            };
+            (format, SPLIT_OTHERWISE)
         }
         Err(error) => return Err(refused(error)),
     };

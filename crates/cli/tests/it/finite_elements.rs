@@ -1,5 +1,7 @@
 //! The way of `docs/finite-elements.md`: mesh files in, gap proved, files out.
 
+use fixtures::Mesh;
+use fixtures::shapes::icosphere;
 use fixtures::volume::Block;
 use glam::DVec3;
 use serde_json::Value;
@@ -166,4 +168,65 @@ fn elements_that_are_left_out_are_counted_by_type() {
     let run = workshop.run("field", &["bone.inp"]);
     assert!(run.stderr.starts_with(&format!("warning: bone.inp: {text}\n")), "{}", run.stderr);
     assert_eq!(workshop.check(&["plain.inp"]).stderr, "");
+}
+
+/// Returns a surface as an Abaqus file of triangles, numbered from 101, with a reference point.
+fn shells(mesh: &Mesh, kind: &str) -> String {
+    let mut text = "*Node\n7, 0., 0., 0.\n".to_owned();
+    for (number, x) in (101..).zip(&mesh.positions) {
+        text += &format!("{number}, {:?}, {:?}, {:?}\n", x.x, x.y, x.z);
+    }
+    text += &format!("*Element, type={kind}\n");
+    for (number, corners) in (1..).zip(&mesh.faces) {
+        let [a, b, c] = corners.map(|corner| corner + 101);
+        text += &format!("{number}, {a}, {b}, {c}\n");
+    }
+    text + "*Rigid Body, ref node=7\n"
+}
+
+/// Bones are often rigid surfaces, whose reference point may be in another body.
+#[test]
+fn surfaces_of_abaqus_keep_all_but_their_nodes() {
+    let bone = icosphere(4.0, 2);
+    let muscle = icosphere(5.0, 2).translated(DVec3::X * 8.5);
+    let workshop = Workshop::new();
+    workshop.write("bone.inp", shells(&bone, "R3D3"));
+    workshop.write("muscle.inp", shells(&muscle, "S3R"));
+
+    // The vertices that are farthest from the bone, by the numbers of their nodes.
+    let far = (101..).zip(&muscle.positions).filter(|(_, x)| x.x > 13.0);
+    let far: Vec<String> = far.map(|(node, _)| node.to_string()).collect();
+    workshop.write("far.txt", far.join("\n"));
+    workshop.write(
+        "scene.toml",
+        "[[body]]\nfile = \"bone.inp\"\nkind = \"rigid\"\n\
+         [[body]]\nfile = \"muscle.inp\"\nkind = \"deformable\"\n\
+         [[fixed]]\nbody = \"muscle\"\nvertices = \"far.txt\"\n",
+    );
+
+    let seen = workshop.check(&["bone.inp", "muscle.inp"]);
+    assert!(seen.stdout.contains("1 isolated vertex"), "the reference point: {}", seen.stdout);
+    let run = workshop.run("resolve", &["scene.toml", "--gap", "0.05", "--out", "apart"]);
+    assert_eq!(run.status, 0, "{}{}", run.stdout, run.stderr);
+    let apart = workshop.run("check", &["apart/bone.inp", "apart/muscle.inp", "--json", "a.json"]);
+    assert_eq!(apart.status, 0, "{}", apart.stdout);
+    let distance = json(&workshop, "a.json")["pairs"][0]["distance"].as_f64();
+    assert!(distance.expect("they are near") >= 0.05 - 1e-12, "{distance:?}");
+
+    // Lines of nodes that are held, of the reference point, and of elements are as they were.
+    assert_eq!(workshop.read("apart/bone.inp"), workshop.read("bone.inp"));
+    let [before, after] = ["muscle.inp", "apart/muscle.inp"].map(|name| workshop.read(name));
+    let mut moved = 0;
+    for (before, after) in before.lines().zip(after.lines()) {
+        let node = before.split(',').next().expect("a word").to_owned();
+        let stays = far.contains(&node) || node == "7" || before.matches(',').count() != 3;
+        assert!(before == after || !stays, "{before}: {after}");
+        moved += usize::from(before != after);
+    }
+    assert!(moved > 0 && before.lines().count() == after.lines().count(), "{moved} moved");
+
+    // A number that no node has.
+    workshop.write("far.txt", "3\n");
+    let run = workshop.run("resolve", &["scene.toml", "--gap", "0.05", "--out", "new"]);
+    assert!(run.stderr.contains("'3' is no vertex on the surface of 'muscle'"), "{}", run.stderr);
 }

@@ -26,15 +26,15 @@ use crate::text::quoted;
 /// VTK file with points.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum VtkPoints {
-    Surface,
-    Volume,
+    PolyData,
+    UnstructuredGrid,
 }
 
 impl VtkPoints {
     fn dialect(self) -> &'static Dialect {
         match self {
-            Self::Surface => &VTP,
-            Self::Volume => &VTU,
+            Self::PolyData => &VTP,
+            Self::UnstructuredGrid => &VTU,
         }
     }
 
@@ -208,7 +208,7 @@ mod tests {
             "{head}<DataArray {attributes} note='\"' format=\"ascii\">0 0 0</DataArray>{tail}"
         );
         let x = [DVec3::new(0.5, 1.0, 2.0)];
-        let written = replace_points(file.as_bytes(), VtkPoints::Surface, &x).expect("a file");
+        let written = replace_points(file.as_bytes(), VtkPoints::PolyData, &x).expect("a file");
         let written = String::from_utf8(written).expect("text");
         let expected = format!(
             "{head}<DataArray {attributes} note=\"&quot;\" format=\"ascii\">\n0.5 1.0 2.0\n\
@@ -225,7 +225,7 @@ mod tests {
         for held in ["<!-- </DataArray> -->", "<Note><DataArray>7</DataArray></Note>"] {
             let file = format!("{head}<DataArray {attributes}>0 {held}0 0</DataArray>{tail}");
             let x = [DVec3::new(0.5, 1.0, 2.0)];
-            let written = replace_points(file.as_bytes(), VtkPoints::Surface, &x).expect("a file");
+            let written = replace_points(file.as_bytes(), VtkPoints::PolyData, &x).expect("a file");
             let expected =
                 format!("{head}<DataArray {attributes}>\n0.5 1.0 2.0\n</DataArray>{tail}");
             assert_eq!(String::from_utf8(written).expect("text"), expected);
@@ -245,7 +245,7 @@ mod tests {
         file.extend(24_u32.to_le_bytes());
         file.extend([0; 24]);
         file.extend(b"</AppendedData></VTKFile>");
-        let refused = replace_points(&file, VtkPoints::Surface, &[DVec3::X, DVec3::Y]);
+        let refused = replace_points(&file, VtkPoints::PolyData, &[DVec3::X, DVec3::Y]);
         let error = refused.expect_err("one place for two points").to_string();
         assert!(error.contains("share appended data"), "{error}");
     }

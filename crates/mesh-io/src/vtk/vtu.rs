@@ -1,6 +1,7 @@
-//! VTK unstructured grids (`.vtu`): points, tetrahedra and hexahedra of all pieces as one mesh.
+//! VTK unstructured grids (`.vtu`): points, and tetrahedra and hexahedra, or else polygons, of all pieces
+//! as one mesh.
 //!
-//! Cells without volume are skipped, other cells with volume are refused. The writer takes values
+//! Cells without volume are skipped where others have some; other cells with volume are refused. The writer takes values
 //! per node, as that of surfaces does.
 
 use glam::DVec3;
@@ -10,18 +11,33 @@ use super::piece::{Piece, shifted};
 use super::write::{array, field_data, point_arrays};
 use super::{Dialect, PointValues, VtkFile};
 use crate::error::Format;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, Polygons};
 use crate::volume::{NumberedCells, NumberedNodes};
 use crate::{ReadError, Space};
 
 pub(super) const VTU: Dialect = Dialect {
     format: Format {
         name: "VTU",
-        remedy: "save it as an unstructured grid of linear tetrahedra and hexahedra, uncompressed \
-                 or compressed by zlib",
+        remedy: "save it as an unstructured grid of linear tetrahedra and hexahedra, or of polygons, \
+                 uncompressed or compressed by zlib",
     },
     dataset: "UnstructuredGrid",
 };
+
+/// VTK's number of triangles.
+const TRIANGLE: i64 = 5;
+
+/// VTK's number of polygons of any number of corners.
+const POLYGON: i64 = 7;
+
+/// VTK's number of rectangles whose corners stand row by row.
+const PIXEL: i64 = 8;
+
+/// VTK's number of quadrilaterals.
+const QUADRILATERAL: i64 = 9;
+
+/// VTK's numbers of cells of surfaces: strips and those of higher order among them, which cannot be read.
+const SURFACES: [i64; 11] = [TRIANGLE, 6, POLYGON, PIXEL, QUADRILATERAL, 22, 23, 28, 30, 34, 36];
 
 /// VTK's number of linear tetrahedra.
 const TETRAHEDRON: u8 = 10;
@@ -36,6 +52,7 @@ const WITHOUT_VOLUME: [i64; 18] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 21, 22, 23, 28,
 pub(crate) fn parse_vtu(bytes: &[u8]) -> Result<Mesh, ReadError> {
     let file = VtkFile::parse(bytes, &VTU)?;
     let (mut nodes, mut cells, mut number) = (Vec::new(), NumberedCells::default(), 0);
+    let (mut polygons, mut unread_surface) = (Polygons::default(), None);
 
     for piece in Piece::all(&file) {
         // Cells of a piece count its own points from 0.
@@ -54,16 +71,35 @@ pub(crate) fn parse_vtu(bytes: &[u8]) -> Result<Mesh, ReadError> {
 
         // A cell without volume is left out, but keeps its number in the file.
         for (points, kind) in points.iter().zip(types) {
-            if let Some(cell) = cell(&piece, kind, points, first, number)? {
+            if let Some(corners) = polygon(kind, points) {
+                polygons.push(corners.into_iter().map(|corner| shifted(corner, first)));
+            } else if let Some(cell) = cell(&piece, kind, points, first, number)? {
                 cells.push(number, cell);
+            } else if SURFACES.contains(&kind) {
+                unread_surface = Some(kind);
             }
             number += 1;
         }
     }
 
     let numbers = (0..nodes.len() as u64).collect();
-    let mesh = Mesh::of_volume(NumberedNodes { positions: nodes, numbers }, cells)?;
+    let nodes = NumberedNodes { positions: nodes, numbers };
+    if let (true, Some(kind)) = (cells.is_empty(), unread_surface) {
+        return Err(unsupported_type(kind));
+    }
+    let mesh = Mesh::of_elements(nodes, cells, &polygons)?;
     Ok(Mesh { space: file.space(), ..mesh })
+}
+
+/// Returns the corners of a polygon in their order around it; `None` for other cells.
+fn polygon(kind: i64, points: &[i64]) -> Option<Vec<i64>> {
+    match (kind, points) {
+        (TRIANGLE, [_, _, _]) | (QUADRILATERAL, [_, _, _, _]) | (POLYGON, _) => {
+            Some(points.to_vec())
+        }
+        (PIXEL, &[a, b, c, d]) => Some(vec![a, b, d, c]),
+        _ => None,
+    }
 }
 
 /// Returns a cell of a type; `None` for those without volume.
@@ -83,13 +119,17 @@ fn cell(
     } else if WITHOUT_VOLUME.contains(&kind) {
         return Ok(None);
     } else {
-        return Err(VTU.format.unsupported(format!("cells of VTK's type {kind}")));
+        return Err(unsupported_type(kind));
     };
     let wrong = |nodes: Vec<u32>| {
         let problem = format!("cell {number} of type {kind} has {} points", nodes.len());
         piece.malformed("Cells", problem)
     };
     cell.map(Some).map_err(wrong)
+}
+
+fn unsupported_type(kind: i64) -> ReadError {
+    VTU.format.unsupported(format!("cells of VTK's type {kind}"))
 }
 
 /// Returns a volume mesh with values per node as a `.vtu` file, which states the space of its nodes

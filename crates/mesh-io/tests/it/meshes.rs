@@ -42,6 +42,7 @@ fn expected() -> Mesh {
         unread: None,
         skipped: None,
         space: None,
+        vertex_numbers: None,
         volume: None,
     }
 }

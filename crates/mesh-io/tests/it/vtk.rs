@@ -178,6 +178,7 @@ fn planted() -> Mesh {
         unread: None,
         skipped: None,
         space: None,
+        vertex_numbers: None,
         volume: None,
     }
 }
