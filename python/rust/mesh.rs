@@ -18,7 +18,7 @@ type Mesh<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<u32>>);
 /// Level of the frame that warnings are of: that which calls the package.
 const CALLER: i32 = 2;
 
-/// Reads a PLY, OBJ, STL or VTP file, and warns of what it holds beside the mesh.
+/// Reads a PLY, OBJ, STL, VTP, VTU, VTK, MSH or INP file, and warns of what it holds beside the mesh.
 #[pyfunction]
 pub(crate) fn read_mesh(py: Python<'_>, path: PathBuf) -> PyResult<Mesh<'_>> {
     let mesh = py.detach(|| mesh_io::read_mesh(&path)).map_err(unreadable)?;
@@ -51,7 +51,7 @@ pub(crate) fn write_mesh(
             return Err(refused("the mesh has no faces"));
         }
         surface.positions(positions).map_err(|error| refused(format!("the mesh: {error}")))?;
-        let written = fs::write(&path, format.encode(positions, surface.faces()));
+        let written = fs::write(&path, format.encode(positions, surface.faces(), None));
         written.map_err(|error| unreadable(format!("{}: {error}", path.display())))
     })
 }

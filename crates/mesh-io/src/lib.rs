@@ -7,6 +7,7 @@
 //! | STL | mesh, ASCII or binary | yes | [`MeshFormat::encode`] |
 //! | VTP | mesh, every encoding of VTK | yes | [`write_vtp`], with values per vertex; [`write_vtp_cells`] |
 //! | VTU | volume mesh or surface, every encoding of VTK | yes | [`write_vtu`], with values per node |
+//! | VTK | volume mesh or surface, legacy files of VTK as text or binary | yes | [`replace_positions`] |
 //! | MSH | volume mesh or surface, text of versions 2 and 4.1 | yes | [`replace_positions`] |
 //! | INP | volume mesh or surface, one part | yes | [`replace_positions`] |
 //! | OSIM | OpenSim model: meshes of its bodies | [`read_model`] | no |

@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::DVec3;
 
 use crate::text::split_mark;
-use crate::vtk::{parse_vtp, parse_vtu, write_vtp};
+use crate::vtk::{is_legacy, parse_legacy, parse_vtp, parse_vtu, write_vtp};
 use crate::{Mesh, ReadError, Space, extension, inp, msh, obj, ply, stl};
 
 /// File format of a triangle mesh.
@@ -75,6 +75,8 @@ pub(crate) enum FileFormat {
     Surface(MeshFormat),
     /// VTK XML unstructured grid.
     Vtu,
+    /// Legacy VTK.
+    Vtk,
     /// Gmsh.
     Msh,
     /// Abaqus input.
@@ -96,19 +98,23 @@ impl FileFormat {
             let is_volume = holds(b"UnstructuredGrid");
             return Ok(if is_volume { Self::Vtu } else { Self::Surface(MeshFormat::Vtp) });
         }
+        if is_legacy(head) {
+            return Ok(Self::Vtk);
+        }
         if head.starts_with(b"$MeshFormat") {
             return Ok(Self::Msh);
         }
 
         // The others begin with anything: the extension decides, if it is one of ours.
         let likely = stl::is_likely(bytes).then_some(Self::Surface(MeshFormat::Stl));
-        let expected = "PLY, OBJ, STL, VTP, VTU, MSH or INP";
+        let expected = "PLY, OBJ, STL, VTP, VTU, VTK, MSH or INP";
         Self::of_extension(extension).or(likely).ok_or(ReadError::UnknownFormat { expected })
     }
 
     fn of_extension(extension: &str) -> Option<Self> {
         match extension.to_ascii_lowercase().as_str() {
             "vtu" => Some(Self::Vtu),
+            "vtk" => Some(Self::Vtk),
             "msh" => Some(Self::Msh),
             "inp" => Some(Self::Inp),
             other => MeshFormat::of_extension(other).map(Self::Surface),
@@ -129,6 +135,7 @@ pub fn parse_mesh(bytes: &[u8], extension: &str) -> Result<Mesh, ReadError> {
         FileFormat::Surface(MeshFormat::Stl) => stl::parse(bytes),
         FileFormat::Surface(MeshFormat::Vtp) => parse_vtp(bytes),
         FileFormat::Vtu => parse_vtu(bytes),
+        FileFormat::Vtk => parse_legacy(bytes),
         FileFormat::Msh => msh::parse(bytes),
         FileFormat::Inp => inp::parse(bytes),
     }

@@ -10,7 +10,7 @@ use crate::copy::{Copy, Precision, check_count, check_range};
 use crate::mesh_format::FileFormat;
 use crate::text::split_mark;
 use crate::text_nodes::TextNodes;
-use crate::vtk::{VtkPoints, replace_points};
+use crate::vtk::{VtkPoints, legacy_precision, replace_legacy, replace_points};
 use crate::{MeshFormat, ReadError, inp, msh, obj, ply_replace, stl};
 
 /// Writes a mesh file again with other positions: those of its vertices, or of all nodes of a volume
@@ -43,6 +43,7 @@ fn replaced(file: &[u8], extension: &str, positions: &[DVec3]) -> Result<Vec<u8>
             replace_points(file, VtkPoints::PolyData, positions)
         }
         FileFormat::Vtu => replace_points(file, VtkPoints::UnstructuredGrid, positions),
+        FileFormat::Vtk => replace_legacy(file, positions),
         FileFormat::Msh => {
             replace_nodes(file, &msh::parse_nodes(file)?, Precision::Double, positions)
         }
@@ -65,6 +66,7 @@ pub fn coordinate_precision(file: &[u8], extension: &str) -> Result<Precision, R
         FileFormat::Surface(MeshFormat::Stl) => Ok(stl::precision(file)),
         FileFormat::Surface(MeshFormat::Vtp) => VtkPoints::PolyData.precision(file),
         FileFormat::Vtu => VtkPoints::UnstructuredGrid.precision(file),
+        FileFormat::Vtk => legacy_precision(file),
         FileFormat::Inp => Ok(Precision::TwentyCharacters),
     }
 }

@@ -4,7 +4,7 @@
 //! what they state. A file that states none may be in any space.
 //!
 //! Source: 3D Slicer, `vtkMRMLModelStorageNode`: `SPACE=LPS` or `SPACE=RAS` in the header of STL files
-//! and the comments of PLY and OBJ files, an array `SPACE` in the field data of VTK files.
+//! and the comments of PLY and OBJ files, an array `SPACE` in the field data of VTK files of both kinds.
 
 use std::fmt;
 

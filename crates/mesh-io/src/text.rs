@@ -30,7 +30,7 @@ pub(crate) fn ends_line(text: &[u8], at: usize) -> bool {
 }
 
 /// Returns the length of the first line of a text.
-fn end_of_line(text: &[u8]) -> usize {
+pub(crate) fn end_of_line(text: &[u8]) -> usize {
     let mut end = 0;
     while let Some(found) = text[end..].iter().position(|byte| matches!(byte, b'\n' | b'\r')) {
         end += found;

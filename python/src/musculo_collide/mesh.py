@@ -35,7 +35,10 @@ class Mesh(ArrayTuple, _Mesh):
 
 
 def read_mesh(path: str | os.PathLike[str]) -> Mesh:
-    """Read a PLY, OBJ, STL or VTP file, with a warning where it holds more than a mesh."""
+    """Read a mesh file, with a warning where it holds more than a mesh.
+
+    Formats are PLY, OBJ, STL, VTP, VTU, VTK, MSH and INP; of volume meshes, the surface is read.
+    """
     return Mesh(*_native.read_mesh(_checks.path(path)))
 
 

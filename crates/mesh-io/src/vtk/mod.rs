@@ -1,12 +1,15 @@
-//! VTK XML files: polygonal data (`.vtp`), unstructured grids (`.vtu`) and image data (`.vti`).
+//! VTK files: polygonal data (`.vtp`), unstructured grids (`.vtu`) and image data (`.vti`) as XML, and
+//! legacy files ([`legacy`]).
 //!
-//! A file is a tree of XML elements ([`xml`]), whose data arrays hold numbers in several
+//! An XML file is a tree of XML elements ([`xml`]), whose data arrays hold numbers in several
 //! encodings ([`array`]). Arrays may stand behind the tree, as appended data. These are
 //! not XML where they are raw, so the file is cut where they begin.
 //!
 //! Source: "VTK XML File Formats", the VTK documentation.
 
 mod array;
+mod elements;
+mod legacy;
 mod piece;
 mod replace;
 mod vti;
@@ -16,6 +19,7 @@ mod write;
 pub(crate) mod xml;
 
 use self::array::DataArray;
+pub(crate) use self::legacy::{is_legacy, legacy_precision, parse_legacy, replace_legacy};
 pub(crate) use self::replace::{VtkPoints, replace_points};
 pub(crate) use self::vti::{encode_vti, parse_vti};
 pub(crate) use self::vtp::parse_vtp;

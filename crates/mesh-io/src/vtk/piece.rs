@@ -16,7 +16,7 @@ pub(super) struct Piece<'a> {
 }
 
 /// Points of cells, one after the other, and where those of each end.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct CellPoints {
     connectivity: Vec<i64>,
     ends: Vec<i64>,
@@ -78,17 +78,7 @@ impl<'a> Piece<'a> {
             return Err(self.malformed(section, problem));
         }
 
-        // Each ends behind the one before.
-        let mut start = 0;
-        for (cell, &end) in ends.iter().enumerate() {
-            let end = usize::try_from(end).unwrap_or(usize::MAX);
-            if connectivity.get(start..end).is_none() {
-                let problem = format!("offset {cell} does not lie within the connectivity");
-                return Err(self.malformed(section, problem));
-            }
-            start = end;
-        }
-        Ok(CellPoints { connectivity, ends })
+        CellPoints::new(connectivity, ends).map_err(|problem| self.malformed(section, problem))
     }
 
     /// Returns the array of a name in a section.
@@ -107,6 +97,19 @@ impl<'a> Piece<'a> {
 }
 
 impl CellPoints {
+    /// Checks that each cell ends behind the one before; returns the first that does not.
+    pub(super) fn new(connectivity: Vec<i64>, ends: Vec<i64>) -> Result<Self, String> {
+        let mut start = 0;
+        for (cell, &end) in ends.iter().enumerate() {
+            let end = usize::try_from(end).unwrap_or(usize::MAX);
+            if connectivity.get(start..end).is_none() {
+                return Err(format!("offset {cell} does not lie within the connectivity"));
+            }
+            start = end;
+        }
+        Ok(Self { connectivity, ends })
+    }
+
     /// Returns the points of each cell.
     pub(super) fn iter(&self) -> impl Iterator<Item = &[i64]> {
         let mut start = 0;

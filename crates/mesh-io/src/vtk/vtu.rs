@@ -7,12 +7,13 @@
 use glam::DVec3;
 use volume_mesh::{Cell, VolumeMesh};
 
+use super::elements::{GridElements, HEXAHEDRON, TETRAHEDRON};
 use super::piece::{Piece, shifted};
 use super::write::{array, field_data, point_arrays};
 use super::{Dialect, PointValues, VtkFile};
 use crate::error::Format;
-use crate::mesh::{Mesh, Polygons};
-use crate::volume::{NumberedCells, NumberedNodes};
+use crate::mesh::Mesh;
+use crate::volume::NumberedNodes;
 use crate::{ReadError, Space};
 
 pub(super) const VTU: Dialect = Dialect {
@@ -24,35 +25,10 @@ pub(super) const VTU: Dialect = Dialect {
     dataset: "UnstructuredGrid",
 };
 
-/// VTK's number of triangles.
-const TRIANGLE: i64 = 5;
-
-/// VTK's number of polygons of any number of corners.
-const POLYGON: i64 = 7;
-
-/// VTK's number of rectangles whose corners stand row by row.
-const PIXEL: i64 = 8;
-
-/// VTK's number of quadrilaterals.
-const QUADRILATERAL: i64 = 9;
-
-/// VTK's numbers of cells of surfaces: strips and those of higher order among them, which cannot be read.
-const SURFACES: [i64; 11] = [TRIANGLE, 6, POLYGON, PIXEL, QUADRILATERAL, 22, 23, 28, 30, 34, 36];
-
-/// VTK's number of linear tetrahedra.
-const TETRAHEDRON: u8 = 10;
-
-/// VTK's number of linear hexahedra.
-const HEXAHEDRON: u8 = 12;
-
-/// VTK's numbers of cells without volume: points, lines and surfaces of any order.
-const WITHOUT_VOLUME: [i64; 18] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 21, 22, 23, 28, 30, 34, 35, 36];
-
 /// Reads the points and cells of a VTU file.
 pub(crate) fn parse_vtu(bytes: &[u8]) -> Result<Mesh, ReadError> {
     let file = VtkFile::parse(bytes, &VTU)?;
-    let (mut nodes, mut cells, mut number) = (Vec::new(), NumberedCells::default(), 0);
-    let (mut polygons, mut unread_surface) = (Polygons::default(), None);
+    let (mut nodes, mut elements) = (Vec::new(), GridElements::default());
 
     for piece in Piece::all(&file) {
         // Cells of a piece count its own points from 0.
@@ -69,67 +45,17 @@ pub(crate) fn parse_vtu(bytes: &[u8]) -> Result<Mesh, ReadError> {
             return Err(piece.malformed("Cells", problem));
         }
 
-        // A cell without volume is left out, but keeps its number in the file.
+        let malformed = |problem| piece.malformed("Cells", problem);
         for (points, kind) in points.iter().zip(types) {
-            if let Some(corners) = polygon(kind, points) {
-                polygons.push(corners.into_iter().map(|corner| shifted(corner, first)));
-            } else if let Some(cell) = cell(&piece, kind, points, first, number)? {
-                cells.push(number, cell);
-            } else if SURFACES.contains(&kind) {
-                unread_surface = Some(kind);
-            }
-            number += 1;
+            let points: Vec<i64> = points.iter().map(|&point| shifted(point, first)).collect();
+            elements.push(&VTU.format, kind, &points, malformed)?;
         }
     }
 
     let numbers = (0..nodes.len() as u64).collect();
     let nodes = NumberedNodes { positions: nodes, numbers };
-    if let (true, Some(kind)) = (cells.is_empty(), unread_surface) {
-        return Err(unsupported_type(kind));
-    }
-    let mesh = Mesh::of_elements(nodes, cells, &polygons)?;
+    let mesh = elements.into_mesh(&VTU.format, nodes)?;
     Ok(Mesh { space: file.space(), ..mesh })
-}
-
-/// Returns the corners of a polygon in their order around it; `None` for other cells.
-fn polygon(kind: i64, points: &[i64]) -> Option<Vec<i64>> {
-    match (kind, points) {
-        (TRIANGLE, [_, _, _]) | (QUADRILATERAL, [_, _, _, _]) | (POLYGON, _) => {
-            Some(points.to_vec())
-        }
-        (PIXEL, &[a, b, c, d]) => Some(vec![a, b, d, c]),
-        _ => None,
-    }
-}
-
-/// Returns a cell of a type; `None` for those without volume.
-fn cell(
-    piece: &Piece<'_>,
-    kind: i64,
-    points: &[i64],
-    first: i64,
-    number: u64,
-) -> Result<Option<Cell>, ReadError> {
-    let node = |&point: &i64| u32::try_from(shifted(point, first)).unwrap_or(u32::MAX);
-    let nodes: Vec<u32> = points.iter().map(node).collect();
-    let cell = if kind == i64::from(TETRAHEDRON) {
-        <[u32; 4]>::try_from(nodes).map(Cell::Tetrahedron)
-    } else if kind == i64::from(HEXAHEDRON) {
-        <[u32; 8]>::try_from(nodes).map(Cell::Hexahedron)
-    } else if WITHOUT_VOLUME.contains(&kind) {
-        return Ok(None);
-    } else {
-        return Err(unsupported_type(kind));
-    };
-    let wrong = |nodes: Vec<u32>| {
-        let problem = format!("cell {number} of type {kind} has {} points", nodes.len());
-        piece.malformed("Cells", problem)
-    };
-    cell.map(Some).map_err(wrong)
-}
-
-fn unsupported_type(kind: i64) -> ReadError {
-    VTU.format.unsupported(format!("cells of VTK's type {kind}"))
 }
 
 /// Returns a volume mesh with values per node as a `.vtu` file, which states the space of its nodes

@@ -9,11 +9,11 @@ use crate::volumes::NODES;
 use crate::{ROUNDS, Random, damaged};
 
 /// A floor and four walls, corners of each in their order around it.
-const SQUARES: [[usize; 4]; 5] =
+pub(crate) const SQUARES: [[usize; 4]; 5] =
     [[0, 3, 2, 1], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]];
 
 /// A roof of triangles over the walls.
-const TRIANGLES: [[usize; 3]; 4] = [[4, 5, 8], [5, 6, 8], [6, 7, 8], [7, 4, 8]];
+pub(crate) const TRIANGLES: [[usize; 3]; 4] = [[4, 5, 8], [5, 6, 8], [6, 7, 8], [7, 4, 8]];
 
 /// Returns the number of a node in text files.
 fn number(node: usize) -> usize {
@@ -127,7 +127,7 @@ fn files() -> Vec<(&'static str, String)> {
 }
 
 /// Returns the triangles of the house, squares split at their first corner.
-fn planted() -> Vec<[u32; 3]> {
+pub(crate) fn planted() -> Vec<[u32; 3]> {
     let mut faces = Vec::new();
     for [a, b, c, d] in SQUARES {
         faces.extend([[a, b, c], [a, c, d]]);

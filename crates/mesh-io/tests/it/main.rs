@@ -2,6 +2,7 @@
 
 mod element_surfaces;
 mod fields;
+mod legacy;
 mod limits;
 mod meshes;
 mod replaced;

@@ -19,7 +19,7 @@ pub(crate) const NODES: [[f64; 3]; 9] = [
     [0.5, 0.5, 1.75],
 ];
 
-fn cells() -> Vec<Cell> {
+pub(crate) fn cells() -> Vec<Cell> {
     vec![
         Cell::Hexahedron([0, 1, 2, 3, 4, 5, 6, 7]),
         Cell::Tetrahedron([4, 5, 6, 8]),
