@@ -6,6 +6,7 @@
 use glam::DVec3;
 
 use crate::polygon::MovingPolygon;
+use crate::rounding::UNDERFLOW;
 use crate::shape::{Corners, PolygonShape};
 
 /// Point of a polygon closest to the origin.
@@ -28,8 +29,9 @@ where
         let area = first.cross(last);
         let squared = area.length_squared();
 
-        // Where the origin projects into the polygon, the projection is the closest point.
-        if squared > 0.0 {
+        // Where the origin projects into the polygon, the projection is the closest point. A polygon so
+        // thin that the square of its area underflows is as its edges.
+        if squared > UNDERFLOW {
             let turned = area.cross(corner);
             let inside =
                 PolygonShape::<N>::edge_functions(turned.dot(first), -turned.dot(last), squared);
@@ -70,9 +72,10 @@ fn closest_on_edges<const N: usize>(corners: &[DVec3; N]) -> ClosestToOrigin<N> 
     ClosestToOrigin { point, weights }
 }
 
-/// Returns the parameter of the point of segment `ab` closest to the origin: 0 at `a`, 1 at `b`.
+/// Returns the parameter of the point of segment `ab` closest to the origin: 0 at `a`, 1 at `b`. A
+/// segment whose square underflows is as a point.
 fn closest_fraction(a: DVec3, b: DVec3) -> f64 {
     let ab = b - a;
     let squared = ab.length_squared();
-    if squared > 0.0 { (-a.dot(ab) / squared).clamp(0.0, 1.0) } else { 0.0 }
+    if squared > UNDERFLOW { (-a.dot(ab) / squared).clamp(0.0, 1.0) } else { 0.0 }
 }

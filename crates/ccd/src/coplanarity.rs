@@ -16,7 +16,9 @@ use crate::cubic::BernsteinCubic;
 use crate::ends::Ends;
 use crate::outline::Outline;
 use crate::polygon::separation_bound;
-use crate::rounding::{AREA_DIRECTION, COPLANARITY, LENGTH_UP, NORMAL, UNDERFLOW};
+use crate::rounding::{
+    AREA_DIRECTION, COPLANARITY, LENGTH_UNDERFLOW, LENGTH_UP, NORMAL, UNDERFLOW,
+};
 use crate::scalar::fast_max;
 use crate::shape::{Corners, PolygonShape};
 
@@ -58,30 +60,40 @@ impl<'a> Coplanarity<'a> {
     where
         PolygonShape<N>: Corners<N>,
     {
-        // Corner 0 must stay on one side.
-        let zero = f64x2::splat(0.0);
-        let stays = (self.own_heights * self.other_heights).simd_gt(zero);
-        stays.any() && (stays & self.lowest_are_apart::<N>(end, separation)).any()
+        // Measure heights on the side of corner 0, which must stay there.
+        let [[own_0, own_1], [other_0, other_1]] =
+            [self.own_heights.to_array(), self.other_heights.to_array()];
+        let (at_0, at_1) = (f64x2::new([own_0, other_1]), f64x2::new([other_0, own_1]));
+        let side = (at_0 & f64x2::splat(-0.0)) | f64x2::splat(1.0);
+        let at_end = f64x2::splat(1.0 - end) * at_0 + f64x2::splat(end) * at_1;
+        let stays = (side * at_end).simd_gt(f64x2::splat(0.0));
+        stays.any()
+            && self.lowest_are_apart::<N>([side * at_0, side * at_1], side, end, separation).any()
     }
 
-    /// Tests which area vectors have all corners beyond the bound, on the side of corner 0.
+    /// Tests which area vectors have all corners beyond the bound, given the heights of corner 0 at
+    /// both ends and the side on which heights are measured.
     #[inline]
-    fn lowest_are_apart<const N: usize>(&self, end: f64, separation: f64) -> f64x2
+    fn lowest_are_apart<const N: usize>(
+        &self,
+        [at_0, at_1]: [f64x2; 2],
+        side: f64x2,
+        end: f64,
+        separation: f64,
+    ) -> f64x2
     where
         PolygonShape<N>: Corners<N>,
     {
-        // Measure heights on that side, and find the lowest corner at each end.
-        let side = (self.own_heights & f64x2::splat(-0.0)) | f64x2::splat(1.0);
+        // Edges add to the height at the other end: the lowest corner counts.
         let [e, f] = [self.outline.first_edge, self.outline.last_edge]
             .map(|edge| (side * self.areas.dot(edge.swapped())).to_array());
-        let rise = [0, 1].map(|own| PolygonShape::<N>::min_rise(e[own], f[own]));
-        let [own_0, own_1] = (side * self.own_heights).to_array();
-        let [other_0, other_1] = (side * self.other_heights + f64x2::new(rise)).to_array();
+        let [rise_0, rise_1] = [0, 1].map(|own| PolygonShape::<N>::min_rise(e[own], f[own]));
+        let at_0 = at_0 + f64x2::new([0.0, rise_1]);
+        let at_1 = at_1 + f64x2::new([rise_0, 0.0]);
 
         let [n0, n1] = self.areas.to_array();
         let bound = f64x2::splat(self.area_bound())
             + f64x2::new([separation_bound(n0, separation), separation_bound(n1, separation)]);
-        let (at_0, at_1) = (f64x2::new([own_0, other_1]), f64x2::new([other_0, own_1]));
         let at_end = f64x2::splat(1.0 - end) * at_0 + f64x2::splat(end) * at_1;
         at_0.simd_gt(bound) & at_end.simd_gt(bound)
     }
@@ -111,7 +123,8 @@ impl<'a> Coplanarity<'a> {
         let [at_0, at_1] = self.areas.to_array().map(DVec3::length);
         let [mixed, _] = self.mixed_area().to_array();
         let area = fast_max(fast_max(at_0, at_1), 0.5 * mixed.length());
-        separation * (area + NORMAL * self.permanent.element_sum() + UNDERFLOW) * LENGTH_UP
+        let rounding = NORMAL * self.permanent.element_sum() + LENGTH_UNDERFLOW;
+        separation * (area + rounding) * LENGTH_UP
     }
 
     /// Computes twice the middle Bernstein coefficient of the area vector, in both lanes.

@@ -182,8 +182,9 @@ impl<F: Fn(f64) -> [DVec3; 4]> PathSearch<'_, F> {
 
             // Distances of rounding have no sign.
             let threshold = 2.0 * self.bounds.rounding;
+            let has_sign = |view: &FaceView| view.height.abs() > threshold + view.rounding;
             let changes = before.height * after.height < 0.0;
-            if !changes || before.height.abs().min(after.height.abs()) <= threshold {
+            if !changes || !has_sign(&before) || !has_sign(&after) {
                 continue;
             }
             let bend = chord_deviation(self.bounds.bend, end.time - start.time);
@@ -223,6 +224,8 @@ impl<F: Fn(f64) -> [DVec3; 4]> PathSearch<'_, F> {
 struct FaceView {
     /// Signed distance from the plane.
     height: f64,
+    /// Bound on the rounding of that distance.
+    rounding: f64,
     /// Distance of the foot in the plane from the nearest edge; negative outside.
     clearance: f64,
 }
@@ -231,20 +234,26 @@ impl FaceView {
     /// Smallest area of a face, relative to the product of two edges, whose normal is trusted.
     const MIN_SINE: f64 = 1e-6;
 
+    /// Rounding of a height, per unit of the distance from a corner and of the inverse sine of the
+    /// angle there: less than 8 u of the normal, by which a thin face tilts, and 6 u of the product.
+    const ROUNDING: f64 = 8.0 * f64::EPSILON;
+
     /// Returns the position, if the face has a normal.
     fn new(&[vertex, a, b, c]: &[DVec3; 4]) -> Option<Self> {
         let area = (b - a).cross(c - a);
-        if area.length() <= Self::MIN_SINE * (b - a).length() * (c - a).length() {
+        let product = (b - a).length() * (c - a).length();
+        if area.length() <= Self::MIN_SINE * product {
             return None;
         }
         let normal = area.normalize();
+        let rounding = Self::ROUNDING * product / area.length() * (vertex - a).length();
 
         let mut clearance = f64::INFINITY;
         for [from, to] in [[a, b], [b, c], [c, a]] {
             let inward = normal.cross(to - from).normalize_or_zero();
             clearance = clearance.min(inward.dot(vertex - from));
         }
-        Some(Self { height: normal.dot(vertex - a), clearance })
+        Some(Self { height: normal.dot(vertex - a), rounding, clearance })
     }
 }
 

@@ -13,7 +13,9 @@ use wide::f64x2 as Wide;
 #[cfg(target_feature = "avx")]
 use wide::f64x4 as Wide;
 
-use crate::rounding::{AREA_DIRECTION, COPLANARITY, LARGE, LENGTH_UP, NORMAL, SMALL, UNDERFLOW};
+use crate::rounding::{
+    AREA_DIRECTION, COPLANARITY, LARGE, LENGTH_UNDERFLOW, LENGTH_UP, NORMAL, SMALL, UNDERFLOW,
+};
 use crate::shape::{Coordinates, Differences, PointDifferences, PolygonShape};
 
 /// Number of queries that are filtered together.
@@ -195,7 +197,7 @@ impl LaneFilter {
             let area = n0.dot(n0).sqrt().fast_max(n1.dot(n1).sqrt()).fast_max(middle);
             let permanent = self.permanent;
             let rounding = Wide::splat(NORMAL) * (permanent.x + permanent.y + permanent.z)
-                + Wide::splat(UNDERFLOW);
+                + Wide::splat(LENGTH_UNDERFLOW);
             Wide::splat(self.separation) * (area + rounding) * Wide::splat(LENGTH_UP)
         } else {
             Wide::splat(0.0)

@@ -47,6 +47,12 @@ pub(crate) const LENGTH_UP: f64 = 1.0 + 8.0 * UNIT;
 /// 2^-1000 (lemma 6). Nothing of size 1 is that close.
 pub(crate) const UNDERFLOW: f64 = power_of_two(-960);
 
+/// Allowance of computed lengths for the underflow of their squares: 2^-536.
+///
+/// Three squares that underflow are off by less than 3 · 2^-1075 together, and the root of that is
+/// below this.
+pub(crate) const LENGTH_UNDERFLOW: f64 = power_of_two(-536);
+
 /// Largest coordinate difference below which a query is scaled up.
 pub(crate) const SMALL: f64 = power_of_two(-64);
 

@@ -297,11 +297,16 @@ where
         let plane = if self.cubic.value(interval.lo) > 0.0 { -area } else { area };
         let is_apart = closest.length() > 16.0 * self.rounding();
         let candidates = if is_apart { [-closest, plane] } else { [plane, -closest] };
-        candidates.into_iter().find_map(DVec3::try_normalize).unwrap_or(DVec3::Z)
+        candidates.into_iter().find_map(direction).unwrap_or(DVec3::Z)
     }
 
     /// Bounds the rounding of a point of the polygon.
     fn rounding(&self) -> f64 {
         16.0 * UNIT * self.outline.max_abs().element_sum()
     }
+}
+
+/// Returns the unit vector along `v`, if it has a direction; squares of short vectors underflow.
+fn direction(v: DVec3) -> Option<DVec3> {
+    (v / v.abs().max_element()).try_normalize()
 }

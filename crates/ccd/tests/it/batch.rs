@@ -56,6 +56,28 @@ fn batches_equal_single_queries() {
     });
 }
 
+/// A vertex falls towards a face and is just beyond the separation at the last time of interest,
+/// which a contact that is a little early precedes.
+#[test]
+fn batches_equal_single_queries_at_the_last_time() {
+    check(5000, |u| {
+        let share = |u: &mut Unstructured<'_>| Ok(f64::from(u.arbitrary::<u16>()?) / 65535.0);
+        let (d, t_max, fall) = (0.1, 0.1 + 0.8 * share(u)?, 0.3 + share(u)?);
+        let excess = 1.0 + 10.0_f64.powf(-15.0 + 5.0 * share(u)?);
+        let start = d * excess + fall * t_max;
+        let face = [point(u, 2.0)?, point(u, 2.0)?, point(u, 2.0)?].map(|x| x.with_z(0.0));
+        let at = |height: f64| [height * DVec3::Z, face[0], face[1], face[2]];
+        let (x0, x1) = (at(start).to_vec(), at(start - fall).to_vec());
+
+        let scene = Scene { x0, x1, candidates: vec![[0, 1, 2, 3]] };
+        let params = CcdParams { min_separation: d, t_max, ..CcdParams::DEFAULT };
+        let motion = MovingPoints::new(&scene.x0, &scene.x1).expect("valid");
+        let found = motion.vertex_face_contacts(&scene.candidates, &params).expect("valid");
+        assert_eq!(found, single_queries(&scene, &params, false));
+        Ok(())
+    });
+}
+
 /// Points off their lines take room of their own: each candidate has the separation of its worst
 /// corners, on either side.
 #[test]

@@ -211,3 +211,28 @@ fn a_parabola_attains_the_deviation() {
         assert!((chord - middle).abs() <= deviation && deviation < 1.0001 * (chord - middle));
     }
 }
+
+/// A vertex is carried along above a thin face, at a distance that the rounding of its normal
+/// exceeds: it never passes through.
+#[test]
+fn a_vertex_that_rides_on_a_thin_face_has_no_certain_contact() {
+    check(2000, |u| {
+        let width = 10.0_f64.powf(-5.0 - 0.9 * share(u)?);
+        let height = 10.0_f64.powf(-12.0 - share(u)?);
+        let frame = DQuat::from_axis_angle(point(u, 1.0)?.normalize_or(DVec3::X), 6.0 * share(u)?);
+        let way = point(u, 1.0)?;
+        let at_rest = [
+            DVec3::new(0.5, 0.3 * width, height),
+            DVec3::ZERO,
+            DVec3::X,
+            DVec3::new(0.5, width, 0.0),
+        ];
+        let at = |time: f64| at_rest.map(|x| frame * x + time * way);
+        let bounds = PathBounds { bend: 1e-9, rounding: 8.0 * f64::EPSILON };
+        let params = CcdParams::DEFAULT;
+        let found = first_contact_on_paths(Primitives::VertexFace, at, bounds, [0.0, 1.0], &params)
+            .expect("finite points");
+        assert!(!found.is_some_and(|found| found.is_certain()), "{found:?} at {width:e}");
+        Ok(())
+    });
+}

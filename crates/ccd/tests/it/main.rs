@@ -9,3 +9,4 @@ mod published;
 mod query_files;
 mod random;
 mod separation;
+mod thin;
