@@ -306,7 +306,9 @@ where
     }
 }
 
-/// Returns the unit vector along `v`, if it has a direction; squares of short vectors underflow.
+/// Returns the unit vector along `v`, if it has a direction. A vector whose square underflows is
+/// scaled first.
 fn direction(v: DVec3) -> Option<DVec3> {
-    (v / v.abs().max_element()).try_normalize()
+    let size = if v.length_squared() > UNDERFLOW { 1.0 } else { v.abs().max_element() };
+    (v / size).try_normalize()
 }
