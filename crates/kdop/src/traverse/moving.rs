@@ -218,6 +218,8 @@ impl<const S: usize> Motion<S> {
         if largest < MAX_COORDINATE {
             motion.margin = sweep.margin + 4.0 * rounding_loss(largest);
         } else {
+            // Projections may be infinite, of which differences are no numbers.
+            motion.offsets = [[0.0; S]; 2];
             motion.sweep.center = DVec3::ZERO;
             motion.sweep.deviation_per_length = 0.0;
             motion.sweep.deviation = f64::INFINITY;

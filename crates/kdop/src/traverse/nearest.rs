@@ -274,7 +274,8 @@ impl<const S: usize> RoughBound<S> {
             // The stored bound, the point and their difference are rounded to single precision.
             rounding: std::array::from_fn(|k| {
                 let stored = f64::from(root.lo[k].abs().max(root.hi[k].abs()));
-                to_nearest(4.0 * (rounding_loss(stored) + rounding_loss(exact[k].abs())))
+                let rounding = 4.0 * (rounding_loss(stored) + rounding_loss(exact[k].abs()));
+                to_nearest(rounding + SQUARE_UNDERFLOW)
             }),
         }
     }
@@ -308,6 +309,13 @@ impl<const S: usize> RoughBound<S> {
         (distance * f32x4::splat(1.0 - 8.0 * f32::EPSILON)).to_array()
     }
 }
+
+/// Allowance of gaps for the underflow of their squares in single precision: 2⁻⁷⁴,
+/// rounded up.
+///
+/// A square that underflows is off by up to 2⁻¹⁵⁰, and by half as much again where it is scaled by
+/// the direction. A gap that is 2⁻⁷⁴ smaller has a square that is smaller by more.
+const SQUARE_UNDERFLOW: f64 = 5.3e-23;
 
 /// Distances in single precision are not distinguished beyond this, so that their squares stay
 /// finite.

@@ -8,7 +8,7 @@
 use std::convert::Infallible;
 
 use crate::cluster::{HALVES, LeafDops};
-use crate::dop4::{ALL_PAIRS, ON_OR_ABOVE_DIAGONAL, SplatDop, set_bits};
+use crate::dop4::{ALL_PAIRS, SplatDop, set_bits};
 use crate::node::Child;
 use crate::tree::DopTree;
 use crate::workspace::{Counters, Workspace};
@@ -58,7 +58,7 @@ impl<const S: usize> DopTree<S> {
         visit: impl FnMut(u32, u32) -> Result<(), E>,
     ) -> Result<(), E> {
         let margin = self.widening(margin);
-        self.gather_cluster_pairs(other, margin.as_ref(), workspace);
+        self.gather_cluster_pairs(other, margin.as_ref(), ALL_PAIRS, workspace);
         let bound = |cluster, bounds: &mut LeafDops<S>| {
             let cluster = self.clusters.get(cluster);
             self.clusters.bound_leaves(cluster, &self.projections, bounds);
@@ -71,11 +71,13 @@ impl<const S: usize> DopTree<S> {
 
     /// Lists the pairs of clusters that overlap, by descent from the roots.
     ///
-    /// For a tree and itself, each pair is listed once.
+    /// `of_one_node` has the pairs of children that are tested of two nodes of one number: of a tree
+    /// and itself, those on or above the diagonal are enough to list each pair once.
     pub(super) fn gather_cluster_pairs(
         &self,
         other: &Self,
         margin: Option<&[f32; S]>,
+        of_one_node: u32,
         workspace: &mut Workspace<S>,
     ) {
         workspace.counters = Counters::default();
@@ -85,7 +87,7 @@ impl<const S: usize> DopTree<S> {
             workspace.node_pairs.push((0, 0));
         }
         while let Some(pair) = workspace.node_pairs.pop() {
-            self.descend(other, margin, pair, workspace);
+            self.descend(other, margin, of_one_node, pair, workspace);
         }
     }
 
@@ -97,6 +99,7 @@ impl<const S: usize> DopTree<S> {
         &self,
         other: &Self,
         margin: Option<&[f32; S]>,
+        of_one_node: u32,
         (i, j): (u32, u32),
         workspace: &mut Workspace<S>,
     ) {
@@ -112,9 +115,7 @@ impl<const S: usize> DopTree<S> {
             }
         };
 
-        // Of a node and itself, every pair of children is tested in one order only.
-        let is_same = i == j && std::ptr::eq(self, other);
-        let pairs = if is_same { ON_OR_ABOVE_DIAGONAL } else { ALL_PAIRS };
+        let pairs = if i == j { of_one_node } else { ALL_PAIRS };
         let hits = bounds.overlaps(&b.bounds, pairs);
         counters.bound_tests += 1;
 

@@ -3,7 +3,7 @@
 use std::convert::Infallible;
 
 use crate::cluster::{Cluster, HALVES, LeafDops};
-use crate::dop4::{ABOVE_DIAGONAL, ALL_PAIRS, set_bits};
+use crate::dop4::{ABOVE_DIAGONAL, ALL_PAIRS, ON_OR_ABOVE_DIAGONAL, set_bits};
 use crate::neighbors::SharedPairs;
 use crate::tree::DopTree;
 use crate::workspace::Workspace;
@@ -50,7 +50,8 @@ impl<const S: usize> DopTree<S> {
         visit: impl FnMut(u32, u32) -> Result<(), E>,
     ) -> Result<(), E> {
         let margin = self.widening(margin);
-        self.gather_cluster_pairs(self, margin.as_ref(), workspace);
+        // Of a node and itself, every pair of children is tested in one order only.
+        self.gather_cluster_pairs(self, margin.as_ref(), ON_OR_ABOVE_DIAGONAL, workspace);
         self.visit_leaf_self_pairs(margin.as_ref(), workspace, visit)
     }
 

@@ -201,6 +201,19 @@ fn a_point_on_a_segment_whose_sums_round_apart() {
     assert_eq!(meet::<13>(&point, &segment), [(0, 0)]);
 }
 
+/// A tree is another one to itself: all pairs in both orders, as of its clone.
+#[test]
+fn pairs_of_a_tree_and_itself() {
+    check(INPUTS, |u| {
+        let frame = frame(u)?;
+        let tree = build::<9>(&soup(u, frame)?);
+        let margin = frame.unit * *u.choose(&[0.0, 0.5, 1e6])?;
+        let (own, of_clone) = (pairs(&tree, &tree, margin), pairs(&tree, &tree.clone(), margin));
+        assert!(own == of_clone, "{} of {} in {frame:?}", own.len(), of_clone.len());
+        Ok(())
+    });
+}
+
 /// A deep tree beside a shallow one, with many leaves at the same place.
 #[test]
 fn pairs_of_trees_of_unequal_depth() {
@@ -308,6 +321,30 @@ fn the_nearest_point_is_found() {
     });
 }
 
+/// Points of sizes at which squares of gaps underflow in single precision, more or fewer of them.
+#[test]
+fn the_nearest_of_tiny_points_is_found() {
+    for size in [1e-18, 1e-20, 1e-21, 3e-22, 1e-22, 3e-23, 1e-23, 1e-30] {
+        check(40, |u| {
+            let mut point = || {
+                let mut coordinate = || Ok(size * f64::from(u.arbitrary::<i16>()?) / 32768.0);
+                Ok(DVec3::new(coordinate()?, coordinate()?, coordinate()?))
+            };
+            let points = (0..60).map(|_| point()).collect::<Result<Vec<_>>>()?;
+            let tree = DopTree::<9>::build(Leaves::Points, &points).expect("finite points");
+            let from = 3.0 * point()?;
+            let mut nearest = f64::INFINITY;
+            tree.nearest_unordered(from, nearest, &mut Workspace::new(), |leaf| {
+                nearest = nearest.min(points[leaf as usize].distance(from));
+                nearest
+            });
+            let wanted = points.iter().map(|p| p.distance(from)).fold(f64::INFINITY, f64::min);
+            assert!(nearest <= wanted, "{nearest:e} for {wanted:e}");
+            Ok(())
+        });
+    }
+}
+
 /// A rigid motion and its bounds: a turn about a center, which shifts.
 fn turn(u: &mut Unstructured<'_>, frame: Frame) -> Result<(DVec3, DVec3, DVec3)> {
     let center = point(u, frame, 3)?;
@@ -380,4 +417,24 @@ fn coordinates_beyond_distinction_deviate_too_much_for_any_limit() {
     let mut workspace = Workspace::new();
     assert!(tree.moving_pairs(&sweep, &tree, 1.0, &mut workspace).is_none());
     assert!(tree.moving_pairs(&sweep, &tree, f64::INFINITY, &mut workspace).is_some());
+}
+
+/// Projections of a translation onto diagonals exceed the largest number.
+#[test]
+fn pairs_whose_projections_overflow_are_not_lost() {
+    let far = DVec3::new(1e308, 1e308, 0.0);
+    let tree = |at: DVec3| DopTree::<9>::build(Leaves::Points, &[at]).expect("finite");
+    let sweep = RigidSweep {
+        ends: [DAffine3::from_translation(far); 2],
+        center: DVec3::ZERO,
+        deviation: 0.0,
+        deviation_per_length: 0.0,
+        margin: 0.0,
+    };
+    let (moving, other, mut workspace) = (tree(DVec3::ZERO), tree(far), Workspace::new());
+    assert!(moving.moving_pairs(&sweep, &other, 1.0, &mut workspace).is_none());
+    let mut found = 0;
+    let near = moving.moving_pairs(&sweep, &other, f64::INFINITY, &mut workspace);
+    near.expect("any deviation is allowed").visit(|_, _| found += 1);
+    assert_eq!(found, 1);
 }
