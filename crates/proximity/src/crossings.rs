@@ -22,6 +22,15 @@ pub(crate) struct Crossings {
 }
 
 impl Crossings {
+    /// Forgets all faces.
+    pub(crate) fn clear(&mut self) {
+        self.tested = 0;
+        self.meeting.clear();
+        self.crossing.clear();
+        self.cut_faces_of_a.clear();
+        self.cut_faces_of_b.clear();
+    }
+
     /// Finds the faces of `a` and `b` that meet, in place of earlier ones.
     pub(crate) fn find(
         &mut self,
@@ -33,10 +42,8 @@ impl Crossings {
         /// Pairs of faces between two polls for interruption: a millisecond.
         const POLL_INTERVAL: u32 = 4096;
 
+        self.clear();
         let Self { tested, meeting, crossing, cut_faces_of_a, cut_faces_of_b } = self;
-        *tested = 0;
-        meeting.clear();
-        crossing.clear();
 
         // The trees leave the faces whose bounds overlap; the predicate is exact.
         let mut polls = progress.every(POLL_INTERVAL);
@@ -55,7 +62,6 @@ impl Crossings {
 
         // The faces of each surface, once each.
         for (faces, side) in [(cut_faces_of_a, 0), (cut_faces_of_b, 1)] {
-            faces.clear();
             faces.extend(meeting.iter().map(|pair| pair[side]));
             faces.sort_unstable();
             faces.dedup();

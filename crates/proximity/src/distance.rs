@@ -53,6 +53,9 @@ pub(crate) fn are_farther(a: [DVec3; 3], b: [DVec3; 3], distance: f64) -> bool {
     /// Bound on the rounding of a height, relative to the largest length.
     const ROUNDING: f64 = 1e-12;
 
+    /// Square of the shortest normal whose square keeps its digits: those of shorter ones underflow.
+    const MIN_SQUARED_NORMAL: f64 = 1e-290;
+
     let mut size = distance;
     for corner in a.into_iter().chain(b) {
         size = size.max(corner.abs().max_element());
@@ -66,7 +69,8 @@ pub(crate) fn are_farther(a: [DVec3; 3], b: [DVec3; 3], distance: f64) -> bool {
         let [s, t] = [own[1], own[2]].map(|corner| normal.dot(corner - own[0]));
         let (low, high) = (s.min(t).min(0.0), s.max(t).max(0.0));
         let height = (p.min(q).min(r) - high).max(low - p.max(q).max(r));
-        height > 0.0 && height * height > limit * limit * normal.length_squared()
+        let squared = normal.length_squared();
+        squared > MIN_SQUARED_NORMAL && height > 0.0 && height * height > limit * limit * squared
     })
 }
 
@@ -97,5 +101,19 @@ mod tests {
         let distance = closest_between_triangles(sliver, far).distance();
         assert!(!are_farther(sliver, far, distance));
         assert!(are_farther(other, far, 0.05) || are_farther(far, other, 0.05));
+    }
+
+    #[test]
+    fn faces_too_small_for_the_square_of_their_normal_are_kept_apart_by_nothing() {
+        for size in [1e-40, 1e-72, 1e-75, 1e-80, 1.2e-81, 1e-81, 1e-85, 1e-90] {
+            let small = [DVec3::ZERO, size * DVec3::X, size * DVec3::Y];
+            let over = DVec3::new(0.5, 0.0, 2.0);
+            let other = [over, over + DVec3::X, over + DVec3::new(1.0, 1.0, 0.5)];
+            let distance = closest_between_triangles(small, other).distance();
+            for limit in [distance, 3.0, 100.0] {
+                assert!(!are_farther(small, other, limit), "{limit} at {size:e}");
+                assert!(!are_farther(other, small, limit), "{limit} at {size:e}");
+            }
+        }
     }
 }

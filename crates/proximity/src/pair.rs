@@ -62,8 +62,31 @@ impl PairProximity {
     ///
     /// # Errors
     ///
-    /// [`Interrupted`] when `progress` ends the call; nothing is computed then.
+    /// [`Interrupted`] when `progress` ends the call; nothing is computed then, and nothing is left of
+    /// an earlier pair.
     pub fn try_compute(
+        &mut self,
+        a: &SurfaceTree,
+        b: &SurfaceTree,
+        margin: f64,
+        progress: Progress<'_>,
+    ) -> Result<(), Interrupted> {
+        let computed = self.find_both(a, b, margin, progress);
+        if computed.is_err() {
+            self.clear();
+        }
+        computed
+    }
+
+    fn clear(&mut self) {
+        self.crossings.clear();
+        self.near_faces.clear();
+        self.a.clear();
+        self.b.clear();
+    }
+
+    /// Finds the proximity of both sides; leaves a part where it is interrupted.
+    fn find_both(
         &mut self,
         a: &SurfaceTree,
         b: &SurfaceTree,

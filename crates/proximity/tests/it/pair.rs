@@ -1,8 +1,12 @@
 //! Pairs in memory that other pairs have used.
 
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use fixtures::{Mesh, shapes};
 use glam::DVec3;
-use proximity::{PairProximity, SurfaceTree};
+use proximity::{PairProximity, PairSide, SurfaceTree};
+use surface::progress::{Interrupted, Progress};
 
 fn tree(mesh: Mesh) -> SurfaceTree {
     SurfaceTree::new(mesh.surface(), mesh.positions).expect("a tree")
@@ -41,6 +45,40 @@ fn memory_of_another_pair_is_no_part_of_an_answer() {
         assert!(none.near().is_empty() && none.inside_vertices().is_empty(), "by {by}");
     }
     assert!(inside > 20, "{inside}");
+}
+
+/// Computes a pair, ended by the poll of a number.
+fn compute_until(
+    pair: &mut PairProximity,
+    [a, b]: [&SurfaceTree; 2],
+    last: usize,
+) -> Result<(), Interrupted> {
+    let polls = AtomicUsize::new(0);
+    let handler = |_: f64| {
+        let poll = polls.fetch_add(1, Ordering::Relaxed);
+        if poll < last { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    };
+    pair.try_compute(a, b, 0.5, Progress::new(&handler))
+}
+
+#[test]
+fn nothing_is_left_of_a_pair_that_was_interrupted() {
+    let [a, b] = [0.0, 15.0].map(|x| tree(shapes::icosphere(10.0, 2).translated(x * DVec3::X)));
+    let mut pair = PairProximity::default();
+    let mut polls = 0;
+    loop {
+        // The pair before overlaps.
+        pair.compute(&b, &a, 1.0);
+        if compute_until(&mut pair, [&a, &b], polls).is_ok() {
+            break;
+        }
+        assert!(!pair.overlaps() && !pair.has_contact(), "ended by poll {polls}");
+        assert!(pair.meeting_faces().is_empty() && pair.tested_faces() == 0, "poll {polls}");
+        let is_empty = |side: &PairSide| side.near_faces().iter().next().is_none();
+        assert!(pair.sides().into_iter().all(is_empty), "poll {polls}");
+        polls += 1;
+    }
+    assert!(pair.overlaps() && polls > 4, "{polls}");
 }
 
 #[test]
