@@ -200,7 +200,7 @@ impl<'a> Search<'a> {
             lower: 0.0,
             upper: 0.0,
             point: DVec3::ZERO,
-            face: 0,
+            face: UNKNOWN,
             foot: DVec3::ZERO,
             is_narrow: true,
         };
@@ -280,8 +280,10 @@ impl<'a> Search<'a> {
         stretches: &[FaceStretch],
         near: &[u32],
     ) -> bool {
-        if !clipper.wants_face(stretches) {
-            return false;
+        let Some(point) = clipper.wanted_point(stretches) else { return false };
+        if self.deepest.face == UNKNOWN {
+            // Where the surfaces cross, a depth of 0 is attained.
+            self.deepest = Depth { point, face: stretches[0].face, foot: point, ..self.deepest };
         }
         let (bound, _) = self.bound(clipper.body.corners(stretches[0].face), near);
         let is_shallow = bound <= self.pieces.sufficient();

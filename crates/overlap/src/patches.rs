@@ -139,16 +139,17 @@ impl Clipper<'_> {
         self.region.is_none_or(|wanted| wanted == self.region_of(Node::Vertex(vertex)))
     }
 
-    /// Returns true if a stretch of a face is in the region that the parts are restricted to.
-    pub(crate) fn wants_face(&self, stretches: &[FaceStretch]) -> bool {
-        let Some(wanted) = self.region else { return true };
+    /// Returns the point at which a stretch of a face begins, if one is in the region that the parts
+    /// are restricted to.
+    pub(crate) fn wanted_point(&self, stretches: &[FaceStretch]) -> Option<DVec3> {
         for stretch in stretches {
             let [begin, _] = self.curve.stretches[stretch.number as usize].ends;
-            if self.region_of(Node::Passing(begin)) == wanted {
-                return true;
+            let region = || self.region_of(Node::Passing(begin));
+            if self.region.is_none_or(|wanted| wanted == region()) {
+                return Some(self.regions.position(begin));
             }
         }
-        false
+        None
     }
 
     fn region_of(&self, node: Node) -> u32 {

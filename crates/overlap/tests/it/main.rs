@@ -2,6 +2,7 @@
 
 mod anatomy;
 mod covered;
+mod deepest_point;
 mod interruption;
 mod joint;
 mod patches;

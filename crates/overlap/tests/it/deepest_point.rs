@@ -1,0 +1,52 @@
+//! The point of a depth is on the surface, also where no depth was to be computed.
+
+use fixtures::Mesh;
+use fixtures::shapes::cube;
+use glam::DVec3;
+use overlap::{Depth, DepthParams, OverlapDetector};
+use proximity::SurfaceTree;
+use surface::closest_on_triangle;
+use surface::progress::Progress;
+
+/// Two cubes that stand far from the origin, the lower one on an edge along x below the upper one
+/// on an edge along y, which is lower by `depth` than where they touch.
+fn crossed_edges(depth: f64) -> [SurfaceTree; 2] {
+    let lower = cube(1.0).rotated(DVec3::X, 0.125);
+    let upper = cube(1.0).rotated(DVec3::Y, 0.125).translated((2.0_f64.sqrt() - depth) * DVec3::Z);
+    [lower, upper].map(|mesh: Mesh| {
+        let mesh = mesh.translated(DVec3::new(100.0, 50.0, -20.0));
+        SurfaceTree::new(mesh.surface(), mesh.positions).expect("planted bodies are finite")
+    })
+}
+
+fn check(body: &SurfaceTree, other: &SurfaceTree, found: Option<Depth>) {
+    let Depth { lower, upper, point, face, foot, .. } = found.expect("the edges cross");
+    let on_face = closest_on_triangle(point, body.corners(face)).point;
+    assert!(on_face.distance(point) < 1e-12, "{point} is not on face {face}");
+    let nearest = other.closest_point(point, f64::INFINITY, None, &mut Default::default());
+    let distance = nearest.expect("a surface").distance;
+    assert!((foot.distance(point) - distance).abs() < 1e-12, "{foot} is not the nearest point");
+    assert!((lower - distance).abs() < 1e-12 && lower <= upper, "{lower} is not attained");
+}
+
+#[test]
+fn depths_within_the_tolerance_have_a_point_of_the_surface() {
+    for (depth, tolerance) in [(0.1, 1.0), (0.1, 1e-6), (1e-9, 1e-6), (0.0, 1e-6)] {
+        let [a, b] = crossed_edges(depth);
+        let mut detector = OverlapDetector::default();
+        let overlap = detector.measure(&a, &b);
+        if overlap.regions.is_empty() {
+            continue;
+        }
+        assert_eq!(overlap.total.inside_vertices, [0, 0], "they cross by their edges alone");
+
+        let params = DepthParams::with_floor(tolerance);
+        let [of_a, of_b] = detector.depths([&a, &b], &params);
+        check(&a, &b, of_a);
+        check(&b, &a, of_b);
+        let in_region = detector.depths_in_region(0, [&a, &b], &params, Progress::none());
+        let [of_a, of_b] = in_region.expect("nothing interrupts");
+        check(&a, &b, of_a);
+        check(&b, &a, of_b);
+    }
+}
