@@ -1,7 +1,9 @@
-//! Signs of sums of products of differences, exactly, as floating-point expansions.
+//! Sums of products of differences, exactly, as floating-point expansions.
 //!
 //! Source: J. R. Shewchuk, "Adaptive Precision Floating-Point Arithmetic and Fast Robust Geometric
 //! Predicates", Discrete & Computational Geometry 18, 1997, section 2.
+
+use glam::DVec3;
 
 use crate::predicates::Sign;
 
@@ -10,21 +12,53 @@ use crate::predicates::Sign;
 /// Exact where no partial product overflows or vanishes: coordinates that are zero or between
 /// 1e-90 and 1e90 in size.
 pub(crate) fn sign_of_difference_cross([p, q]: [[f64; 2]; 2], [r, s]: [[f64; 2]; 2]) -> Sign {
-    let mut sum = Expansion::default();
+    // 2 × 4 products of 2 terms each.
+    let mut sum = Expansion::<16>::ZERO;
     sum.add_product_of_differences([q[0], p[0]], [s[1], r[1]], 1.0);
     sum.add_product_of_differences([q[1], p[1]], [s[0], r[0]], -1.0);
     sum.sign()
 }
 
+/// Computes `((b − a) × (c − a)) · (p − a)` to the last digit or two, however much of it cancels.
+///
+/// Exact sums are of the coordinates that [`sign_of_difference_cross`] takes.
+pub(crate) fn exact_height([a, b, c]: [DVec3; 3], p: DVec3) -> f64 {
+    // 6 × 8 products of 4 terms each.
+    let mut sum = Expansion::<192>::ZERO;
+    for i in 0..3 {
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        let height = two_sum(p[i], -a[i]);
+        sum.add_product_of_three(two_sum(b[j], -a[j]), two_sum(c[k], -a[k]), height, 1.0);
+        sum.add_product_of_three(two_sum(b[k], -a[k]), two_sum(c[j], -a[j]), height, -1.0);
+    }
+    sum.value()
+}
+
 /// A number as the exact sum of nonoverlapping doubles, in ascending order of size.
-#[derive(Default)]
-struct Expansion {
-    /// As many as [`sign_of_difference_cross`] adds: 2 × 4 products of 2 terms each.
-    terms: [f64; 16],
+struct Expansion<const N: usize> {
+    /// Room for as many as are added.
+    terms: [f64; N],
     count: usize,
 }
 
-impl Expansion {
+impl<const N: usize> Expansion<N> {
+    const ZERO: Self = Self { terms: [0.0; N], count: 0 };
+
+    /// Adds `sign a b c`, each the sum of two numbers.
+    fn add_product_of_three(&mut self, a: [f64; 2], b: [f64; 2], c: [f64; 2], sign: f64) {
+        for x in a {
+            for y in b {
+                for part in two_product(sign * x, y) {
+                    for z in c {
+                        let [high, low] = two_product(part, z);
+                        self.add(low);
+                        self.add(high);
+                    }
+                }
+            }
+        }
+    }
+
     /// Adds `sign (a₁ − a₀) (b₁ − b₀)`, for `[a₁, a₀]` and `[b₁, b₀]`.
     fn add_product_of_differences(&mut self, a: [f64; 2], b: [f64; 2], sign: f64) {
         let a = two_sum(a[0], -a[1]);
@@ -57,6 +91,11 @@ impl Expansion {
             kept += 1;
         }
         self.count = kept;
+    }
+
+    /// Returns the sum, rounded: terms beyond the largest two hardly count.
+    fn value(&self) -> f64 {
+        self.terms[..self.count].iter().sum()
     }
 
     /// Returns the sign of the largest term, which is that of the sum.
@@ -94,7 +133,7 @@ fn split(a: f64) -> [f64; 2] {
 #[cfg(test)]
 mod tests {
     use num_rational::BigRational;
-    use num_traits::Zero;
+    use num_traits::{Signed, Zero};
 
     use super::*;
 
@@ -120,6 +159,35 @@ mod tests {
                 expected,
                 "{p:?} {q:?} {r:?} {s:?}"
             );
+            Ok(())
+        });
+    }
+
+    /// Heights of points within ulps of a plane, and over slivers, against rational arithmetic.
+    #[test]
+    fn heights_keep_their_digits_where_they_cancel() {
+        fixtures::generate::cases(23, 1000, |u| {
+            let mut coordinate = || Ok(f64::from(u.arbitrary::<i32>()?) / 2.0_f64.powi(31));
+            let mut point = || Ok(DVec3::new(coordinate()?, coordinate()?, coordinate()?));
+            let ([a, b, off], p) = ([point()?, point()?, point()?], point()?);
+            let c = a.lerp(b, coordinate()?) + off * 2.0_f64.powi(u.int_in_range(-60..=0)?);
+            let p = a.lerp(b, 0.3).lerp(c, 0.4) + p * 2.0_f64.powi(u.int_in_range(-60..=0)?);
+
+            let exact = |x: DVec3| x.to_array().map(|x| BigRational::from_float(x).unwrap());
+            let from_a = |x: DVec3| {
+                let (x, a) = (exact(x), exact(a));
+                [0, 1, 2].map(|k| &x[k] - &a[k])
+            };
+            let [v, w, h] = [b, c, p].map(from_a);
+            let mut height = BigRational::zero();
+            for (i, h) in h.iter().enumerate() {
+                let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+                height += (&v[j] * &w[k] - &v[k] * &w[j]) * h;
+            }
+            let found = BigRational::from_float(exact_height([a, b, c], p)).unwrap();
+            let ulps = BigRational::from_float(2.0 * f64::EPSILON).unwrap();
+            let error = (&found - &height).abs();
+            assert!(error <= ulps * height.abs(), "{found} for {height}");
             Ok(())
         });
     }

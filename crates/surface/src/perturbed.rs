@@ -21,8 +21,8 @@
 use glam::DVec3;
 
 use crate::crossing::apart;
-use crate::expansion::sign_of_difference_cross;
-use crate::predicates::{Sign, height_over_plane, side_of_plane, sides_of_plane, turn, without};
+use crate::expansion::{exact_height, sign_of_difference_cross};
+use crate::predicates::{Sign, side_of_plane, sides_of_plane, turn, without};
 use crate::triangle::edge;
 
 /// Relation between two triangles, the first of which is moved by an infinitesimal.
@@ -123,12 +123,12 @@ pub fn passing_share([u, v]: [DVec3; 2], corners: [DVec3; 3]) -> f64 {
 /// digits.
 const CANCELLATION: f64 = 1e-8;
 
-/// Computes `((b − a) × (c − a)) · (p − a)` with at least the digits that its sign needs.
+/// Computes `((b − a) × (c − a)) · (p − a)`, exactly where the rounded number has lost its digits.
 fn precise_height([a, b, c]: [DVec3; 3], p: DVec3) -> f64 {
     let (u, v, w) = (b - a, c - a, p - a);
     let rounded = u.cross(v).dot(w);
     let size = u.abs().max_element() * v.abs().max_element() * w.abs().max_element();
-    if rounded.abs() > CANCELLATION * size { rounded } else { height_over_plane([a, b, c], p) }
+    if rounded.abs() > CANCELLATION * size { rounded } else { exact_height([a, b, c], p) }
 }
 
 /// Settles the signs that are zero, then as without ties.

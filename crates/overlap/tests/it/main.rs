@@ -7,4 +7,5 @@ mod interruption;
 mod joint;
 mod patches;
 mod planted;
+mod slivers;
 mod ties;
