@@ -74,16 +74,17 @@ impl ContactSet {
         self.groups.push(ContactGroup { pair, material: *material, contacts });
     }
 
-    /// Adds the contacts of another set between particles that are not known yet, which they then
-    /// are; returns their number.
-    pub(crate) fn append_new(&mut self, other: &Self, known: &mut Vec<StencilKey>) -> usize {
+    /// Adds the contacts of another set that are not known yet, by their particles and normals, which
+    /// they then are; returns their number.
+    pub(crate) fn append_new(&mut self, other: &Self, known: &mut Vec<KnownContact>) -> usize {
         let before = self.contacts.len();
         for group in &other.groups {
             let start = self.contacts.len();
             for contact in &other.contacts[group.contacts.clone()] {
                 let key = stencil_key(group.pair, contact);
-                if let Err(place) = known.binary_search(&key) {
-                    known.insert(place, key);
+                if !is_known(known, key, contact.normal) {
+                    let place = known.partition_point(|(other, _)| *other < key);
+                    known.insert(place, (key, contact.normal));
                     self.contacts.push(*contact);
                 }
             }
@@ -95,7 +96,7 @@ impl ContactSet {
 
     /// Adds contacts of another set that are not found again in this one, in which the same particles
     /// have contacts with other normals or none.
-    pub(crate) fn append_unlike(&mut self, other: &Self, known: &mut Vec<(StencilKey, DVec3)>) {
+    pub(crate) fn append_unlike(&mut self, other: &Self, known: &mut Vec<KnownContact>) {
         // Sorted by their keys, as the search needs them.
         known.clear();
         for group in &self.groups {
@@ -108,11 +109,7 @@ impl ContactSet {
         for group in &other.groups {
             let start = self.contacts.len();
             for contact in &other.contacts[group.contacts.clone()] {
-                let key = stencil_key(group.pair, contact);
-                let first = known.partition_point(|(other, _)| *other < key);
-                let like = known[first..].iter().take_while(|(other, _)| *other == key);
-                let mut cosines = like.map(|(_, normal)| normal.dot(contact.normal));
-                if !cosines.any(|cosine| cosine > SAME_NORMAL) {
+                if !is_known(known, stencil_key(group.pair, contact), contact.normal) {
                     self.contacts.push(*contact);
                 }
             }
@@ -201,6 +198,17 @@ impl ContactSet {
 
 /// Pair of bodies and particles of a contact.
 pub(crate) type StencilKey = (u64, [u32; 6]);
+
+/// Contact that is known by its particles and its normal.
+pub(crate) type KnownContact = (StencilKey, DVec3);
+
+/// Returns true if one of the contacts, sorted by their keys, has the same particles and nearly the
+/// same normal: one vertex may meet several faces of a bone.
+fn is_known(known: &[KnownContact], key: StencilKey, normal: DVec3) -> bool {
+    let first = known.partition_point(|(other, _)| *other < key);
+    let mut same = known[first..].iter().take_while(|(other, _)| *other == key);
+    same.any(|(_, other)| other.dot(normal) > SAME_NORMAL)
+}
 
 fn stencil_key(pair: u64, contact: &Contact) -> StencilKey {
     let mut particles = [u32::MAX; 6];

@@ -62,7 +62,8 @@ class StepReport(Record):
     kinetic_energy: float
     """Change of the kinetic energy by the correction of velocities."""
     rigid_work: float
-    """Work of moving bones in it: the kinetic energy of hard contacts grows by at most as much."""
+    """Work of moving bones and fixed particles in it: the kinetic energy of hard contacts that are
+    solved grows by at most as much."""
     contact_energy: float
     """Energy of soft contacts at the start of the move."""
     unknown_sides: int

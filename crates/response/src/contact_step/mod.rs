@@ -17,7 +17,7 @@ use surface::{Anchor, Contact};
 pub use self::params::StepParams;
 pub use self::report::{StepReport, SweptReport};
 use self::row_solver::RowSolver;
-use crate::contact_set::StencilKey;
+use crate::contact_set::KnownContact;
 use crate::followers::Represented;
 use crate::{
     Combinations, ContactSet, Followers, ImpulseCache, ResponseError, SolveLevel, StepLength, check,
@@ -138,12 +138,12 @@ pub struct ContactStep {
     /// Contacts that the last correction of positions has pushed apart.
     pushed: ContactSet,
     /// Primitives and normals of the contacts as detected last.
-    normals: Vec<(StencilKey, DVec3)>,
+    normals: Vec<KnownContact>,
     /// Number of the contacts as detected last.
     detected: usize,
     swept: ContactSet,
-    /// Primitives of the swept contacts that are added.
-    known: Vec<StencilKey>,
+    /// Primitives and normals of the swept contacts that are added.
+    known: Vec<KnownContact>,
 }
 
 impl ContactStep {
@@ -231,17 +231,7 @@ impl ContactStep {
         self.contacts.clear();
         detect(x, &mut self.contacts)?;
         self.detected = self.contacts.contacts().len();
-        for group in self.contacts.groups() {
-            group.material.validate()?;
-        }
-
-        // All contacts, so that errors name them by their place.
-        self.solver.set_rows(
-            x.len(),
-            &self.contacts,
-            &self.combinations,
-            |_, contact, material| Ok(Some((*contact, material.position_row(contact)?))),
-        )?;
+        self.solver.check(x.len(), &self.contacts, &self.combinations)?;
         self.followers.compute_offsets(x, &mut self.offsets);
         self.weigh(inverse_mass);
         Ok(())
@@ -306,7 +296,7 @@ impl ContactStep {
 
         // Momentum and energy that the correction has given.
         report.approach = largest_approach(contacts, v, params.h);
-        report.rigid_work = solver.rigid_work(contacts);
+        report.rigid_work = solver.prescribed_work(v, inverse_mass);
         (report.impulse, report.kinetic_energy) = (DVec3::ZERO, 0.0);
         for ((v, before), w) in v.iter().zip(&*before).zip(inverse_mass) {
             if *w > 0.0 {

@@ -38,8 +38,8 @@ pub struct StepReport {
     pub force: DVec3,
     /// Change of the kinetic energy by the correction of velocities.
     pub kinetic_energy: f64,
-    /// Work of moving rigid objects in the correction of velocities. Hard contacts only
-    /// dissipate: the kinetic energy grows by at most this work.
+    /// Work of rigid objects and fixed particles that move, in the correction of velocities. Hard
+    /// contacts that are solved only dissipate: the kinetic energy grows by at most this work.
     pub rigid_work: f64,
     /// Energy k δ² / 2 of soft contacts at the start of the move.
     pub contact_energy: f64,

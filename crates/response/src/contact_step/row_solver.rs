@@ -50,6 +50,21 @@ impl RowSolver {
         Ok(())
     }
 
+    /// Checks materials and contacts, all of them, so that errors name these by their place.
+    pub(super) fn check(
+        &mut self,
+        particle_count: usize,
+        contacts: &ContactSet,
+        combinations: &Combinations,
+    ) -> Result<(), ResponseError> {
+        for group in contacts.groups() {
+            group.material.validate()?;
+        }
+        self.set_rows(particle_count, contacts, combinations, |_, contact, material| {
+            Ok(Some((*contact, material.position_row(contact)?)))
+        })
+    }
+
     /// Corrects `q` by the rows.
     pub(super) fn solve(
         &mut self,
@@ -75,12 +90,18 @@ impl RowSolver {
         Ok(report)
     }
 
-    /// Computes the work of rigid objects: impulses on particles times their velocities.
-    pub(super) fn rigid_work(&self, contacts: &ContactSet) -> f64 {
+    /// Computes the work of all that moves as prescribed, rigid objects and fixed particles: the
+    /// impulses that they give times their velocities.
+    pub(super) fn prescribed_work(&self, v: &[DVec3], inverse_mass: &[f64]) -> f64 {
         let mut work = 0.0;
-        for (contact, impulse) in contacts.contacts().iter().zip(&self.impulses) {
-            let given = impulse.normal * contact.normal + impulse.tangent;
-            work += contact.anchor.map_or(0.0, |anchor| given.dot(anchor.velocity));
+        for (row, impulse) in self.rows.iter().zip(&self.row_impulses) {
+            let mut velocity = row.anchor.velocity;
+            for &Term { particle, weight } in row.terms {
+                if inverse_mass[particle as usize] <= 0.0 {
+                    velocity += weight * v[particle as usize];
+                }
+            }
+            work += (impulse.normal * row.normal + impulse.tangent).dot(velocity);
         }
         work
     }

@@ -37,6 +37,7 @@ impl ContactStep {
         loop {
             self.swept.clear();
             sweep(v, &mut self.swept)?;
+            self.solver.check(v.len(), &self.swept, &self.combinations)?;
 
             // Those that velocities do not respect yet, and the first of them.
             let found = self.swept.retain_swept(|contact, material| {

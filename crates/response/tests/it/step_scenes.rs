@@ -9,7 +9,7 @@ use response::{
 };
 use surface::Contact;
 
-use crate::common::{Stream, kinetic_energy, material, on_plane, patch, term, tower};
+use crate::common::{Stream, kinetic_energy, material, on_plane, patch, stacked, term, tower};
 
 const GRAVITY: f64 = 9810.0;
 
@@ -375,6 +375,22 @@ fn hard_contacts_only_dissipate_the_work_of_bones() {
             w.iter().zip(v.iter().zip(&before)).map(|(w, (v, b))| (*v - *b) / *w).sum();
         assert!((report.impulse - momentum).length() < 1e-12 * 24.0);
     }
+}
+
+/// Fixed particles that move do work, as bones do: one at 3 takes another of mass 2 along, and half of
+/// its work is lost.
+#[test]
+fn fixed_particles_that_move_do_work() {
+    let (mut x, mut v) = ([DVec3::ZERO, DVec3::Z], [DVec3::Z * 3.0, DVec3::ZERO]);
+    let loads = ParticleLoads::None;
+    let particles = ParticleStates { x: &mut x, v: &mut v, loads, inverse_mass: &[0.0, 0.5] };
+    let detect = |x: &[DVec3], set: &mut ContactSet| {
+        set.add(0, &material(0.0), &RigidMotion::default(), &[stacked(0, 1, x)]);
+        Ok::<(), ResponseError>(())
+    };
+    let report = ContactStep::default().correct(particles, &params(0.01), detect).expect("valid");
+    assert!((report.kinetic_energy - 9.0).abs() < 1e-12, "{report:?}");
+    assert!((report.rigid_work - 18.0).abs() < 1e-12, "{report:?}");
 }
 
 #[test]
