@@ -182,11 +182,10 @@ impl PermanentContacts {
         x: &[DVec3],
     ) -> Result<(), ResponseError> {
         check_contact(self.contacts.len(), contact, x.len())?;
-        let frame = carrying_frame(&contact.stencil, x);
-        let local_normal = frame.map(|frame| frame.to_local(contact.normal));
-        self.tracks.push(Track { local_normal, face });
+        self.tracks.push(Track { local_normal: None, face });
         self.states.push(ContactState::of(contact.gap, self.margins));
         self.contacts.push(*contact);
+        self.keep_normal(self.contacts.len() - 1, x);
         Ok(())
     }
 
@@ -265,6 +264,7 @@ impl PermanentContacts {
             check_contact(number, &self.contacts[number], x.len())?;
             if is_of_edges(&self.contacts[number].stencil) {
                 self.slide_along_edges(number, x);
+                self.keep_normal(number, x);
                 continue;
             }
 
@@ -273,6 +273,7 @@ impl PermanentContacts {
             let start = self.start_face(number, surface, carrier);
             if let Some(foot) = walk_to_foot(surface, on, start, point) {
                 self.stand_on(number, surface, &foot, carrier)?;
+                self.keep_normal(number, x);
             }
         }
         Ok(())
@@ -313,6 +314,13 @@ impl PermanentContacts {
         }
         contact.gap = -separation.dot(contact.normal) - contact.offset;
         self.states[number] = ContactState::of(contact.gap, self.margins);
+    }
+
+    /// Stores the normal of a contact in the frame that carries it.
+    fn keep_normal(&mut self, number: usize, x: &[DVec3]) {
+        let contact = &self.contacts[number];
+        let frame = carrying_frame(&contact.stencil, x);
+        self.tracks[number].local_normal = frame.map(|frame| frame.to_local(contact.normal));
     }
 
     /// Moves a contact of two edges to their closest points.
@@ -393,20 +401,19 @@ impl PermanentContacts {
 /// or of two and two of edges.
 fn carrying_frame(stencil: &Stencil, x: &[DVec3]) -> Option<FaceFrame> {
     let at = |term: &Term| x[term.particle as usize];
-    match stencil.terms() {
-        [_, a, b, c] if !is_of_edges(stencil) => FaceFrame::new([at(a), at(b), at(c)]),
-        [a0, a1, b0, b1] => FaceFrame::new([at(b0), at(b1), at(b0) + at(a1) - at(a0)]),
+    match stencil.terms().split_at(point_terms(stencil).len()) {
+        (_, [a, b, c]) => FaceFrame::new([at(a), at(b), at(c)]),
+        ([a0, a1], [b0, b1]) => FaceFrame::new([at(b0), at(b1), at(b0) + at(a1) - at(a0)]),
         _ => None,
     }
 }
 
-/// Returns true if both P and P̄ are points of edges. The sign of a weight decides its
-/// side, also that of a zero.
+/// Returns true if both P and P̄ are points of edges.
 fn is_of_edges(stencil: &Stencil) -> bool {
-    matches!(stencil.terms(), [_, second, _, _] if second.weight.is_sign_negative())
+    (stencil.terms().len(), point_terms(stencil).len()) == (4, 2)
 }
 
-/// Returns the terms on the side of P.
+/// Returns the terms on the side of P. The sign of a weight decides its side, also that of a zero.
 fn point_terms(stencil: &Stencil) -> &[Term] {
     let terms = stencil.terms();
     let count = terms.iter().take_while(|term| term.weight.is_sign_negative()).count();

@@ -255,3 +255,45 @@ fn anchors_move_as_given_and_bad_ones_are_named() {
     let refused = PermanentContacts::new(&[start], &nan, GapMeasure::Length, margins).map(|_| ());
     assert!(matches!(refused, Err(ResponseError::ParticleNotFinite { particle: 0, .. })));
 }
+
+/// What slid sticks where it is: at the same positions nothing changes, and the normal turns with
+/// the face, or the edges, that the contact slid to.
+#[test]
+fn contacts_that_slid_stick_where_they_are() {
+    let (surface, lower) = ball();
+    let first = 3;
+    let corners = surface.faces()[0].map(|k| k + first);
+    let margins = Margins::new(0.1, 100.0).unwrap();
+    let of_vertex = Stencil::vertex_face(0, corners, [1.0, 0.0, 0.0]);
+    let [b0, b1, _] = corners;
+    let of_edges = Stencil::edge_edge([0, 1], 0.5, [b0, b1], 0.5);
+    let of_edge = Stencil::new(&[term(0, -0.5), term(1, -0.5), term(b0, 1.0)]).unwrap();
+    for stencil in [of_vertex, of_edges, of_edge] {
+        let mut x = vec![DVec3::Z * 11.0, DVec3::new(0.3, 1.0, 11.0), DVec3::ZERO];
+        x.extend(&lower);
+        let start = contact(stencil, DVec3::Z, 0.5);
+        let mut permanent =
+            PermanentContacts::new(&[start], &x, GapMeasure::AlongNormal, margins).unwrap();
+        for step in 0..40 {
+            // Over faces, edges and corners.
+            let turn = 0.05 * f64::from(step);
+            x[0] = 11.0 * DVec3::new(turn.sin(), 0.1, turn.cos());
+            x[1] = x[0] + DVec3::new(0.3, 1.0, 0.2);
+            let on = surface.positions(&x[3..]).unwrap();
+            permanent.slide(&x, &surface, on, SurfaceCarrier::Particles { first }).unwrap();
+            let slid = permanent.contacts()[0];
+            permanent.stick(&x).unwrap();
+            let stuck = permanent.contacts()[0];
+            assert!((stuck.normal - slid.normal).length() < 1e-12, "{stencil:?}, step {step}");
+            assert!((stuck.gap - slid.gap).abs() < 1e-11, "{stencil:?}, step {step}");
+
+            // All turns together.
+            let rotation = DQuat::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 1.0);
+            let turned: Vec<DVec3> = x.iter().map(|x| rotation * *x).collect();
+            permanent.stick(&turned).unwrap();
+            let stuck = permanent.contacts()[0];
+            assert!((stuck.normal - rotation * slid.normal).length() < 1e-12, "{stencil:?}");
+            permanent.stick(&x).unwrap();
+        }
+    }
+}
