@@ -136,7 +136,8 @@ pub struct SolveReport {
     pub conditions: Residual,
     /// True if the residual is within the tolerance.
     pub converged: bool,
-    /// Number of rows left out because none of their particles can move.
+    /// Number of rows left out because none of their particles can move, or only by impulses
+    /// beyond the range of numbers.
     pub immovable: usize,
 }
 

@@ -1,6 +1,8 @@
 //! Packed rows: constraint rows in the order in which solvers sweep them, without the
 //! particles that cannot move.
 
+use std::ops::RangeInclusive;
+
 use glam::DVec3;
 use surface::Term;
 
@@ -112,7 +114,7 @@ impl PackedSystem {
         self.movable.clear();
         self.movable.reserve(rows.len());
         for (number, row) in (0..).zip(rows.iter()) {
-            if row.terms.iter().any(|term| moves(term, inverse_mass)) {
+            if is_movable(&row, inverse_mass) {
                 self.movable.push(number);
             }
         }
@@ -374,6 +376,20 @@ fn changes(row: &PackedRow, goal: &RowGoal, from: Impulse, to: Impulse) -> Resid
         Tangent::Compliant => residual.equality = residual.equality.max(tangent / row.hardness),
     }
     residual
+}
+
+/// Range of D and of 1 / (D + α) within which a row can be corrected: what is computed of them are
+/// numbers.
+const CORRECTABLE: RangeInclusive<f64> = 1e-300..=1e300;
+
+/// Returns true if an impulse of the row can move a particle.
+fn is_movable(row: &ContactRow<'_>, inverse_mass: &[f64]) -> bool {
+    let mut compliance = 0.0;
+    for Term { particle, weight } in row.terms {
+        compliance += weight * weight * inverse_mass[*particle as usize];
+    }
+    let hardness = compliance / (compliance + row.law.compliance());
+    CORRECTABLE.contains(&compliance) && CORRECTABLE.contains(&(hardness / compliance))
 }
 
 fn moves(term: &Term, inverse_mass: &[f64]) -> bool {

@@ -279,3 +279,70 @@ fn a_step_names_what_it_cannot_take() {
     let glue = Material { spring, permanent: Some(Restraint::Sticking), ..material(0.0) };
     assert_eq!(parameter_of(made_of(glue, good, DVec3::ZERO, &params)), Some("stiffness"));
 }
+
+/// Contacts met on the way are checked as those of the positions are, whether they act or not.
+#[test]
+fn swept_contacts_that_are_refused() {
+    let params = StepParams::new(StepLength::new(0.1).expect("in range"));
+    let attempt = |material: Material, contact: Contact| {
+        let (mut x, mut v, w) = ([DVec3::Z], [DVec3::Z * -100.0], [1.0]);
+        let mut step = ContactStep::default();
+        let loads = ParticleLoads::None;
+        let particles = ParticleStates { x: &mut x, v: &mut v, loads, inverse_mass: &w };
+        let none = |_: &[DVec3], _: &mut ContactSet| Ok::<(), ResponseError>(());
+        let mut report = step.correct(particles, &params, none).expect("valid");
+        let sweep = |_: &[DVec3], contacts: &mut ContactSet| {
+            contacts.add(0, &material, &RigidMotion::default(), &[contact]);
+            Ok::<(), ResponseError>(())
+        };
+        step.correct_swept(&mut v, &w, &params, &mut report, sweep)
+    };
+    let good = Contact { time: Some(0.1), ..on_plane(0, DVec3::Z, DVec3::Z) };
+    assert_eq!(attempt(material(0.0), good).map(|report| report.contacts), Ok(1));
+    let elsewhere = Contact { stencil: Stencil::single(term(7, -1.0)), ..good };
+    assert!(matches!(
+        attempt(material(0.0), elsewhere),
+        Err(ResponseError::ParticleOutOfRange { contact: 0, particle: 7, .. })
+    ));
+    let away = Contact { normal: DVec3::Z * -2.0, ..good };
+    assert!(matches!(attempt(material(0.0), away), Err(ResponseError::Normal { contact: 0, .. })));
+    let spring = Some(SpringDamper::new(1.0, 0.0).expect("in range"));
+    let glue = Material { spring, permanent: Some(Restraint::Sticking), ..material(0.0) };
+    assert_eq!(parameter_of(attempt(glue, good)), Some("stiffness"));
+}
+
+/// Rows that no finite impulse can correct are left out by all methods, and the others solved.
+#[test]
+fn rows_beyond_the_range_of_numbers_are_counted_and_left() {
+    let free = on_plane(1, DVec3::ZERO, DVec3::Z);
+    let of = |weight: f64| {
+        let stencil = Stencil::new(&[term(0, -1.0 - weight), term(2, weight)]).unwrap();
+        Contact { stencil, ..on_plane(0, DVec3::ZERO, DVec3::Z) }
+    };
+    // Inverse mass, compliance, and the weight of a fixed particle.
+    let cases = [
+        (1e-310, 0.0, 0.0),
+        (5e-324, 0.0, 0.0),
+        (1e-310, 0.0, 0.5),
+        (1e-20, 1e305, 0.0),
+        (1.0, f64::MAX, 0.0),
+        (1.0, 0.0, 1e200),
+    ];
+    for (w, compliance, weight) in cases {
+        let mut rows = common::rows(3, &[free], law(0.0));
+        rows.push(&of(weight), law(0.0).with_compliance(compliance).unwrap()).unwrap();
+        for order in [SweepOrder::Given, SweepOrder::Colored] {
+            let system = ContactSystem::new(&rows, &[w, 1.0, 0.0], order).unwrap();
+            for method in METHODS {
+                let mut v = [-DVec3::Z, -DVec3::Z, DVec3::ZERO];
+                let params = SolverParams { method, ..SolverParams::default() };
+                let mut impulses = system.no_impulses();
+                let report =
+                    system.solve(SolveLevel::Velocity, &mut v, &mut impulses, &params).unwrap();
+                assert_eq!((report.immovable, report.converged), (1, true), "{method:?}, {w:e}");
+                assert_eq!(v, [-DVec3::Z, DVec3::ZERO, DVec3::ZERO], "{method:?}, {w:e}");
+                assert_eq!(impulses[1], Impulse::default());
+            }
+        }
+    }
+}
