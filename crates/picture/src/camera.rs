@@ -26,6 +26,9 @@ pub struct Camera {
 /// Free margin around the framed points, as a fraction of the picture's side.
 const MARGIN: f64 = 0.04;
 
+/// Maximum scale, in pixels per length unit: a point alone has none.
+const MAX_SCALE: f64 = 1e300;
+
 impl Camera {
     /// Builds a camera that looks along `forward`, with `up` upwards as far as possible,
     /// and shows `points` as large as `max_size` pixels (width, height) allow.
@@ -50,6 +53,7 @@ impl Camera {
         let sides = frame.sides().max(DVec3::splat(f64::MIN_POSITIVE));
         let [max_width, max_height] = max_size;
         let scale = (float(max_width) * room / sides.x).min(float(max_height) * room / sides.y);
+        let scale = scale.min(MAX_SCALE);
         let pixels = |max: usize, side: f64| max.min(floor(side * scale / room) + 1);
         let (width, height) = (pixels(max_width, sides.x), pixels(max_height, sides.y));
         Self { center, right, up, forward, scale, width, height, near: f64::NEG_INFINITY }
@@ -136,6 +140,13 @@ mod tests {
         assert!((low.y - high.y - 92.0).abs() < 1e-9, "z points up: {low} {high}");
         assert!((low.x + high.x - 200.0).abs() < 1e-9, "centered: {low} {high}");
         assert!((camera.span() - 200.0 / 46.0).abs() < 1e-9, "{}", camera.span());
+    }
+
+    #[test]
+    fn a_point_alone_is_a_pixel() {
+        let camera = Camera::framing([DVec3::ONE; 3], DVec3::Y, DVec3::Z, [200, 110]);
+        assert_eq!((camera.width(), camera.height()), (1, 1));
+        assert!(camera.span() > 0.0 && camera.project(DVec3::ONE).is_finite());
     }
 
     #[test]

@@ -6,6 +6,7 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 
 use super::motion::{FrameRecord, MotionDocument};
+use super::text::tick;
 
 const SIZE: (u32, u32) = (900, 840);
 const DEPTH: RGBColor = RGBColor(0xb2, 0x3a, 0x48);
@@ -67,25 +68,29 @@ impl Panel {
         area: &DrawingArea<SVGBackend<'_>, Shift>,
         document: &MotionDocument,
     ) -> Result<(), Box<dyn Error>> {
+        // In units of a power of ten: lengths and volumes in meters are too small to have ticks.
+        let unit = 10.0_f64.powf(self.max.log10().floor()).max(f64::MIN_POSITIVE);
+
         // Frames across, without lines between the labels.
         let last = document.frames.last().map_or(1, |frame| frame.frame);
         let mut chart = ChartBuilder::on(area)
             .margin(12)
             .x_label_area_size(36)
             .y_label_area_size(60)
-            .build_cartesian_2d(0..last, 0.0..self.max)?;
+            .build_cartesian_2d(0..last, 0.0..self.max / unit)?;
         chart
             .configure_mesh()
             .light_line_style(TRANSPARENT)
             .bold_line_style(BLACK.mix(0.12))
             .x_desc("frame")
             .y_desc(&self.title)
+            .y_label_formatter(&|value| tick(value * unit))
             .draw()?;
 
         // One line through all points, each with a dot.
         let mut points = Vec::new();
         for frame in &document.frames {
-            points.extend((self.value)(frame).map(|value| (frame.frame, value)));
+            points.extend((self.value)(frame).map(|value| (frame.frame, value / unit)));
         }
         let circles = points.iter().map(|point| Circle::new(*point, 2, self.color.filled()));
         chart.draw_series(LineSeries::new(points.clone(), self.color.stroke_width(2)))?;

@@ -6,7 +6,7 @@ use csv::{ReaderBuilder, StringRecord, WriterBuilder};
 use musculo_collide::{Scene, TurnEnd};
 use plotters::prelude::*;
 
-use super::text::{bound, counted, fixed};
+use super::text::{bound, counted, fixed, tick};
 use crate::failure::Failure;
 use picture::viridis;
 
@@ -193,6 +193,8 @@ impl RangeMap {
             .disable_mesh()
             .x_desc("second turn [°]")
             .y_desc("first turn [°]")
+            .x_label_formatter(&|angle| tick(*angle))
+            .y_label_formatter(&|angle| tick(*angle))
             .draw()?;
         self.draw_legend(&legend)?;
 
@@ -217,7 +219,7 @@ impl RangeMap {
         }
         for quarter in 0..=4 {
             let height = 44 + (4 - quarter) * STEPS * STEP / 4 - 7;
-            let angle = fixed(self.to * f64::from(quarter) / 4.0, 1);
+            let angle = tick(self.to * f64::from(quarter) / 4.0);
             area.draw(&Text::new(angle, (34, height), label.clone()))?;
         }
         for (row, (color, text)) in (0..).zip([(OVERLAP, "overlaps before"), (FREE, "free")]) {
@@ -262,4 +264,20 @@ fn cell_edges(angles: &[f64]) -> Vec<f64> {
 fn range(edges: &[f64]) -> std::ops::Range<f64> {
     let [first, .., last] = edges else { return 0.0..1.0 };
     *first..*last
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_of_small_turns_are_told_apart() {
+        let (axis, none) = (vec![0.0, 0.05, 0.1], [String::new(), String::new()]);
+        let cell = MapCell { angles: [0.0; 2], state: CellState::Free, names: none };
+        let axes = [axis.clone(), axis];
+        let svg = RangeMap { axes, to: 0.3, cells: vec![cell; 9] }.to_svg().expect("a picture");
+        for angle in ["0.02", "0.08", "0.075", "0.225"] {
+            assert!(svg.contains(&format!("\n{angle}\n")), "{angle} in {svg}");
+        }
+    }
 }

@@ -1,7 +1,9 @@
 //! Report of overlap removal in every frame of a motion.
 
+use std::collections::BTreeSet;
+
 use musculo_collide::{
-    Conditions, DepthBracket, DistanceBracket, Remaining, Resolution, ResolveParams, Scene,
+    Conditions, DepthBracket, DistanceBracket, PairId, Remaining, Resolution, ResolveParams, Scene,
     ShortGap,
 };
 use serde::Serialize;
@@ -12,7 +14,7 @@ use super::resolution::{
 };
 use super::resolution_document::BrokenRecord;
 use super::table::{Table, dash, right};
-use super::text::{counted, depth, grouped, length, measure};
+use super::text::{counted, depth, fixed, grouped, length, measure};
 use crate::scene::Unit;
 
 /// All frames of a motion.
@@ -48,6 +50,8 @@ pub(crate) struct ResolvedFrame {
     short_gaps: Vec<ShortGapRecord>,
     /// Bodies that a better state would bring beyond their limits.
     broken_limits: Vec<BrokenRecord>,
+    /// Bodies that were to be uncrossed and still cross themselves.
+    self_overlaps: Vec<String>,
     /// Number of rounds of detection and pushing.
     rounds: usize,
     /// Number of the round whose state is kept.
@@ -111,13 +115,13 @@ impl ResolvedFrame {
         params: &ResolveParams,
         resolution: &Resolution,
     ) -> Self {
-        // Before and after, depth is that of surfaces as far as it is certain.
+        // Before and after, depth is that of surfaces as far as it is certain. Without a pair it
+        // would be that of a body in itself.
         let start = &resolution.rounds[0];
-        let overlapping = resolution.before.iter().filter(|report| report.overlaps);
-        let before = OverlapRecord {
-            pairs: overlapping.count(),
-            deepest: start.surface_depth.map_or(start.max_depth, |depth| depth.lower),
-        };
+        let pairs = resolution.before.iter().filter(|report| report.overlaps).count();
+        let deepest = start.surface_depth.map_or(start.max_depth, |depth| depth.lower);
+        let before = OverlapRecord { pairs, deepest: if pairs > 0 { deepest } else { 0.0 } };
+        let names = resolution.self_overlaps.iter().map(|id| scene.body(*id).name().to_owned());
         let mut record = Self {
             frame: info.frame,
             time: info.time,
@@ -128,6 +132,7 @@ impl ResolvedFrame {
             remaining: Vec::new(),
             short_gaps: Vec::new(),
             broken_limits: Vec::new(),
+            self_overlaps: names.collect(),
             rounds: resolution.rounds.len() - 1,
             final_round: resolution.final_round,
             max_displacement: 0.0,
@@ -219,7 +224,9 @@ impl ResolvedDocument {
         frames: Vec<ResolvedFrame>,
     ) -> Self {
         let resolved = frames.iter().all(|frame| frame.resolved);
-        let left_out = left_out_text(conditions.ties.len(), ignored_pairs(scene).len());
+        let ties = conditions.ties.iter().map(|tie| PairId::new(tie.bodies[0], tie.bodies[1]));
+        let tied: BTreeSet<PairId> = ties.collect();
+        let left_out = left_out_text(tied.len(), ignored_pairs(scene).len());
         let is_left = |name: &str| frames.iter().any(|frame| frame.is_left(name));
         let attachments = AttachmentRecord::list(conditions, scene, is_left);
         Self { unit, gap, resolved, left_out, attachments, frames }
@@ -244,6 +251,9 @@ impl ResolvedDocument {
             }
             for broken in &frame.broken_limits {
                 text += &format!("frame {}: {}\n", frame.frame, broken.text(self.unit));
+            }
+            for body in &frame.self_overlaps {
+                text += &format!("frame {}: {body} still crosses itself\n", frame.frame);
             }
         }
 
@@ -289,7 +299,7 @@ impl ResolvedDocument {
             let [before, after] = frame.self_crossings;
             table.row([
                 frame.frame.to_string(),
-                frame.time.map_or_else(dash, |time| format!("{time:.3}")),
+                frame.time.map_or_else(dash, |time| fixed(time, 3)),
                 grouped(frame.before.pairs),
                 frame.before.depth_text(self.unit),
                 grouped(frame.after.pairs),

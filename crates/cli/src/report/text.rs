@@ -86,6 +86,16 @@ pub(super) fn short(value: f64) -> String {
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
+/// Writes the number of a tick on an axis, with an exponent where it would be long.
+pub(super) fn tick(value: f64) -> String {
+    if value == 0.0 || (1e-3..1e6).contains(&value.abs()) {
+        return short(value);
+    }
+    let text = format!("{value:.2e}");
+    let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+    format!("{}e{exponent}", digits.trim_end_matches('0').trim_end_matches('.'))
+}
+
 /// Writes a count with its noun: `1 pair`, `2 pairs`.
 pub(crate) fn counted(count: usize, noun: &str) -> String {
     let plural = if count == 1 { "" } else { "s" };
@@ -183,6 +193,23 @@ mod tests {
             [(1.0, "1"), (11.380_711_874, "11.38"), (0.4, "0.4"), (1200.0, "1200"), (0.0, "0")];
         for (value, expected) in shortened {
             assert_eq!(short(value), expected);
+        }
+    }
+
+    #[test]
+    fn ticks_are_short() {
+        let cases = [
+            (0.0, "0"),
+            (0.1 + 0.2, "0.3"),
+            (-0.05, "-0.05"),
+            (0.0025, "0.0025"),
+            (5e-4, "5e-4"),
+            (1.5e-7, "1.5e-7"),
+            (350_000.0, "350000"),
+            (2e20, "2e20"),
+        ];
+        for (value, expected) in cases {
+            assert_eq!(tick(value), expected);
         }
     }
 

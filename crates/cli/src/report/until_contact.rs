@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::table::{Table, dash, left, right};
-use super::text::{counted, fixed, measure, overlapping_text};
+use super::text::{bound, counted, fixed, measure, overlapping_text};
 use crate::scene::Unit;
 
 /// First contacts of a motion.
@@ -37,7 +37,7 @@ pub(crate) struct MeetingTimeRecord {
 impl MeetingTimeRecord {
     /// Writes the time of the contact in frames.
     fn in_frames(&self) -> String {
-        format!("{} + {}", self.frame, fixed((1e4 * self.fraction).floor() * 1e-4, 4))
+        format!("{} + {}", self.frame, bound(self.fraction, 4))
     }
 }
 
@@ -48,11 +48,7 @@ impl UntilContactDocument {
         let mut table = Table::new([left("pair"), right("frame"), right("time [s]"), left(place)]);
         for record in &self.contacts {
             let MeetingTimeRecord { a, b, time, at, .. } = record;
-            let (at, time) = (
-                at.map(measure).join(", "),
-                time.map(|time| fixed((1e5 * time).floor() * 1e-5, 5)),
-            );
-            let time = time.unwrap_or_else(dash);
+            let (at, time) = (at.map(measure).join(", "), time.map_or_else(dash, no_later));
             table.row([format!("{a} × {b}"), record.in_frames(), time, at]);
         }
 
@@ -66,4 +62,9 @@ impl UntilContactDocument {
         text += &format!("{free}; {met} first met on the way through {frames}.\n");
         text + &overlapping_text(&self.overlapping)
     }
+}
+
+/// Writes a time, rounded down, with more decimals where it needs them.
+fn no_later(time: f64) -> String {
+    if time < 0.0 { fixed((1e5 * time).floor() * 1e-5, 5) } else { bound(time, 5) }
 }

@@ -12,6 +12,7 @@ mod joint;
 mod medial;
 mod motion;
 mod motion_cache;
+mod motion_report;
 mod motion_tables;
 mod motion_until;
 mod overlap;

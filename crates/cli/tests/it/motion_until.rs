@@ -52,3 +52,21 @@ fn no_contact_is_no_failure() {
     let other = workshop.run("motion", &["scene.toml", "--until-contact", "--chart", "m.svg"]);
     assert_eq!(other.status, 2, "{}", other.stdout);
 }
+
+/// Times below the decimals of the table are rounded down, and not to 0.
+#[test]
+fn short_times_are_not_written_as_zero() {
+    let workshop = needle_through_plate();
+    let motion = workshop.read("down.json").replace("{\"needle\"", "{\"t\": T, \"needle\"");
+    let times = motion.replacen('T', "0", 1).replacen('T', "4e-6", 1);
+    workshop.write("down.json", times);
+    let run = workshop.run("motion", &["scene.toml", "--until-contact", "--json", "u.json"]);
+    assert_eq!(run.status, 0, "{}", run.stderr);
+    let time = &json(&workshop.read("u.json"))["contacts"][0]["time"];
+    assert!((7.9e-7..8.1e-7).contains(&time.as_f64().expect("a time")), "{time}");
+    assert!(
+        run.stdout.contains(" 0.0000008 ") || run.stdout.contains(" 0.0000007 "),
+        "{}",
+        run.stdout
+    );
+}
