@@ -86,11 +86,15 @@ impl Followers {
     ///
     /// - [`ResponseError::Weights`] with the number of a follower whose weights do not sum
     ///   to 1;
-    /// - [`ResponseError::Parameter`] where a leader follows, too.
+    /// - [`ResponseError::Parameter`] where a leader follows, too, or a particle twice.
     pub fn new(followers: Vec<Follower>) -> Result<Self, ResponseError> {
         // Sorted, for the search for leaders.
         let mut particles: Vec<u32> = followers.iter().map(|follower| follower.particle).collect();
         particles.sort_unstable();
+        for pair in particles.windows(2) {
+            let is_new = pair[0] != pair[1];
+            check::parameter("follower", f64::from(pair[1]), "listed once", is_new)?;
+        }
 
         for (number, follower) in followers.iter().enumerate() {
             let sum = follower.leaders.iter().map(|leader| leader.weight).sum();

@@ -154,12 +154,14 @@ fn followers_move_with_their_leaders_and_count_with_their_mass() {
     let expected = [0.0, -1.0, -1.0, -0.5, -1.0];
     assert!(v.iter().zip(expected).all(|(v, z)| (v.z - z).abs() < 1e-12), "{v:?}");
 
-    // Refused: weights that do not sum to 1, and leaders that follow.
+    // Refused: weights that do not sum to 1, leaders that follow, and a follower that is listed twice.
     let short = leaders.map(|term| common::term(term.particle, 0.3));
     assert!(Followers::new(vec![Follower { particle: 3, leaders: short }]).is_err());
     let circle = leaders.map(|term| common::term(term.particle + 1, term.weight));
     let two = vec![follower(3), Follower { particle: 4, leaders: circle }];
     assert!(Followers::new(two).is_err());
+    let twice = Followers::new(vec![follower(3), follower(4), follower(3)]);
+    assert_eq!(twice.unwrap_err().to_string(), "follower is 3, but must be listed once");
     let beyond = Followers::new(vec![follower(9)]).expect("no count is known");
     step.set_followers(beyond);
     let particles =
