@@ -114,11 +114,17 @@ fn value(state: &RelativeState, level: SolveLevel) -> DVec3 {
 /// # Ok::<(), response::ResponseError>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct SpringDamper {
     stiffness: f64,
     damping: f64,
 }
+
+#[cfg(feature = "serde")]
+check::deserialize_checked!(
+    SpringDamper { stiffness: f64, damping: f64 },
+    Self::new(stiffness, damping)
+);
 
 impl SpringDamper {
     /// Returns a spring of stiffness k `> 0` \[force / length\] and damping c `>= 0`

@@ -20,12 +20,18 @@ use crate::{Constraint, Friction, Margins, ResponseError, check};
 
 /// Distances that a response keeps at a contact, its friction and its compliance.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct ContactLaw {
     margins: Margins,
     friction: Friction,
     compliance: f64,
 }
+
+#[cfg(feature = "serde")]
+check::deserialize_checked!(
+    ContactLaw { margins: Margins, friction: Friction, compliance: f64 },
+    Self { margins, friction, compliance: 0.0 }.with_compliance(compliance)
+);
 
 impl ContactLaw {
     /// Returns a hard law with the distances kept and Coulomb's friction coefficient µ

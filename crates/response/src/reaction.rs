@@ -12,6 +12,7 @@ use crate::{RelativeState, ResponseError, check};
 /// Friction law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(try_from = "Rule"))]
 pub struct Friction(Rule);
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,6 +20,18 @@ pub struct Friction(Rule);
 enum Rule {
     Share(f64),
     Coulomb { sticking: f64, sliding: f64 },
+}
+
+#[cfg(feature = "serde")]
+impl TryFrom<Rule> for Friction {
+    type Error = ResponseError;
+
+    fn try_from(rule: Rule) -> Result<Self, ResponseError> {
+        match rule {
+            Rule::Share(mu) => Self::share(mu),
+            Rule::Coulomb { sticking, sliding } => Self::static_dynamic(sticking, sliding),
+        }
+    }
 }
 
 impl Friction {

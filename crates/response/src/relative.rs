@@ -13,11 +13,17 @@ use crate::{ResponseError, check};
 
 /// Distances that a response keeps, in the caller's length unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Margins {
     clearance: f64,
     proximity: f64,
 }
+
+#[cfg(feature = "serde")]
+check::deserialize_checked!(
+    Margins { clearance: f64, proximity: f64 },
+    Self::new(clearance, proximity)
+);
 
 impl Margins {
     /// Returns margins of `clearance >= 0`, kept free beyond the contact's own offset, and

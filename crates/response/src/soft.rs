@@ -55,11 +55,17 @@ pub enum NormalForce {
 
 /// Contact force: a normal force and smooth Coulomb friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct SoftLaw {
     normal: NormalForce,
     slip_speed: f64,
 }
+
+#[cfg(feature = "serde")]
+check::deserialize_checked!(
+    SoftLaw { normal: NormalForce, slip_speed: f64 },
+    Self::new(normal, slip_speed)
+);
 
 impl SoftLaw {
     /// Returns the law of a normal force and the slip speed `> 0` at which friction
