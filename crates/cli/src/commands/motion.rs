@@ -147,6 +147,11 @@ pub(super) fn run(arguments: &MotionArguments) -> Result<Finished, Failure> {
     let mut loaded = LoadedScene::load(description)?;
     let motion = arguments.follow.params(&loaded.description)?;
     let replay = Motion::replay(&path, &motion, &loaded.scene)?;
+    if arguments.report.is_some() && replay.max_maps() > Recording::MAX_MAPS {
+        let (segments, most) = (replay.max_maps(), Recording::MAX_MAPS);
+        let problem = format!("the skin has {segments} segments, but a page shows {most} at most");
+        return Err(Failure::in_file(&path, problem));
+    }
     let inputs = arguments.inputs(path, &loaded);
     let plan = arguments.plan(inputs.clone(), &loaded, replay.frame_count());
     let mut outputs = plan.reading_too(arguments.cache.clone()).open()?;

@@ -438,6 +438,11 @@ impl Replay {
         }
     }
 
+    /// Returns the largest number of maps that one body follows.
+    pub(crate) fn max_maps(&self) -> usize {
+        (0..self.followers.len()).map(|body| self.maps_of(body).len()).max().unwrap_or(0)
+    }
+
     /// Returns which of its maps a point of a body at rest follows, and the share of the next one.
     pub(crate) fn share(&self, body: usize, x: DVec3) -> (usize, f64) {
         match (&self.followers[body].follows, &self.motion.skin) {

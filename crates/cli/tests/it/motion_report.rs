@@ -95,3 +95,27 @@ fn a_pair_that_is_tied_twice_is_left_out_once() {
     let line = "is proved in every frame for all pairs but 1 tied, faces and edges included.\n";
     assert!(run.stdout.contains(line) && run.stdout.contains(" 0.000040 "), "{}", run.stdout);
 }
+
+/// A page moves a body by at most 32 maps: tissue of further segments would move with the wrong one.
+#[test]
+fn skins_of_more_segments_than_a_page_shows_are_refused() {
+    let workshop = Workshop::new();
+    let ball = shapes::icosphere(0.01, 1);
+    scene(&workshop, &ball, &[("muscle", ball.clone().translated(DVec3::X * 0.03))], "");
+    let outcome = |segments: u32| {
+        let blends: Vec<[f64; 2]> =
+            (1..segments).map(|k| 0.001 * f64::from(k)).map(|z| [z, z + 0.0005]).collect();
+        let names = vec!["bone"; segments as usize];
+        let skin = serde_json::json!({"axis": [0, 0, 1], "segments": names, "blends": blends});
+        let motion = workshop
+            .read("rest.json")
+            .replace("{\"frames\"", &format!("{{\"skin\": {skin}, \"frames\""));
+        workshop.write("skin.json", motion);
+        workshop.run("motion", &["scene.toml", "--motion", "skin.json", "--report", "m.html"])
+    };
+    assert_eq!(outcome(32).status, 0);
+    let refused = outcome(33);
+    assert_eq!(refused.status, 2, "{}", refused.stdout);
+    let problem = "skin.json: the skin has 33 segments, but a page shows 32 at most";
+    assert!(refused.stderr.contains(problem), "{}", refused.stderr);
+}

@@ -248,6 +248,9 @@ impl Model {
 }
 
 impl Recording {
+    /// Largest number of maps that one body of a page follows.
+    pub(crate) const MAX_MAPS: usize = 32;
+
     /// Begins with the bodies of a scene at rest.
     pub(crate) fn new(scene: &Scene) -> Self {
         Self { surfaces: ShownSurfaces::new(scene).0, frames: Vec::new(), bounds: Aabb::EMPTY }
