@@ -12,7 +12,7 @@ use crate::{
     Accelerations, ContactLaw, ContactRows, ExplicitEuler, Friction, Implicit, ImplicitEuler,
     ImplicitMidpoint, Integrator, LinearParams, Margins, NormalForce, Reaction, Reference,
     RelativeMotion, RelativeState, ResponseError, Restraint, SoftContacts, SoftLaw, Spring,
-    SymplecticEuler, Taylor, TimeStep,
+    SymplecticEuler, Taylor, TimeStep, check,
 };
 
 /// Amplification matrix: two rows that map (position, velocity).
@@ -77,6 +77,22 @@ pub enum HardRow {
     Reference,
 }
 
+impl Holding {
+    /// Checks that no parameter is negative or not finite.
+    fn check(self) -> Result<(), ResponseError> {
+        match self {
+            Self::Penalty { omega_h, zeta } => {
+                check::not_negative("frequency times step", omega_h)?;
+                check::not_negative("damping ratio", zeta)?;
+            }
+            Self::FirstOrder { gain } | Self::SecondOrder { gain } | Self::Hard { gain, .. } => {
+                check::not_negative("gain", gain)?;
+            }
+        }
+        Ok(())
+    }
+}
+
 impl Scheme {
     /// All schemes.
     pub const ALL: [Self; 5] = [
@@ -137,6 +153,7 @@ impl StabilityCase {
     /// [`ResponseError::Parameter`] when a parameter of the holding is
     /// negative or not finite.
     pub fn step(&self, state: [f64; 2]) -> Result<[f64; 2], ResponseError> {
+        self.holding.check()?;
         match self.scheme {
             Scheme::ExplicitEuler => explicit::<ExplicitEuler>(self.holding, state),
             Scheme::Taylor => explicit::<Taylor>(self.holding, state),

@@ -37,7 +37,7 @@ pub struct SurfaceFoot {
 /// finds these. A point that moves by less than the surface's features is followed
 /// correctly.
 ///
-/// `None` where there is no face `start`.
+/// `None` where there is no face `start`, and where `p` is not finite.
 ///
 /// ```
 /// use glam::DVec3;
@@ -58,7 +58,7 @@ pub fn walk_to_foot(
     start: u32,
     p: DVec3,
 ) -> Option<SurfaceFoot> {
-    surface.faces().get(start as usize)?;
+    surface.faces().get(start as usize).filter(|_| p.is_finite())?;
     let mut best = FaceFoot::new(surface, x, start, p);
     let mut visited = 1;
     loop {

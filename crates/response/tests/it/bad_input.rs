@@ -2,6 +2,7 @@
 //! holds a value that is not finite.
 
 use glam::DVec3;
+use response::stability::{HardRow, Holding, Scheme, StabilityCase};
 use response::{
     ContactLaw, ContactRows, ContactSet, ContactStep, ContactSystem, Friction, Impulse,
     ImpulseCache, LinearParams, Margins, Material, NormalForce, ParameterError, ParticleLoads,
@@ -42,6 +43,29 @@ fn parameters_outside_their_range() {
     assert_eq!(parameter_of(Margins::new(0.0, 0.0)), Some("proximity distance"));
     assert_eq!(parameter_of(Friction::share(1.1)), Some("friction share"));
     assert_eq!(parameter_of(StepLength::new(1e-200)), Some("step length"), "1 / h² overflows");
+}
+
+#[test]
+fn stability_is_of_parameters_within_their_range() {
+    let gains = |gain| {
+        let rows =
+            [HardRow::Spring, HardRow::SpringToTarget, HardRow::Reaction, HardRow::Reference];
+        let hard = rows.map(|row| Holding::Hard { row, gain });
+        [Holding::FirstOrder { gain }, Holding::SecondOrder { gain }].into_iter().chain(hard)
+    };
+    let radius = |scheme, holding| StabilityCase { scheme, holding }.radius();
+    for scheme in Scheme::ALL {
+        for bad in [f64::NAN, f64::INFINITY, -1.0] {
+            for holding in gains(bad) {
+                assert_eq!(parameter_of(radius(scheme, holding)), Some("gain"), "{holding:?}");
+            }
+            let [fast, loose] = [(bad, 0.0), (1.0, bad)]
+                .map(|(omega_h, zeta)| radius(scheme, Holding::Penalty { omega_h, zeta }));
+            assert_eq!(parameter_of(fast), Some("frequency times step"));
+            assert_eq!(parameter_of(loose), Some("damping ratio"));
+        }
+        assert!(gains(0.0).all(|holding| radius(scheme, holding).is_ok()));
+    }
 }
 
 #[test]

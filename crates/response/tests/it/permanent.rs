@@ -75,6 +75,17 @@ fn walking_finds_the_closest_face_of_a_ball_from_any_face_that_it_is_over() {
 }
 
 #[test]
+fn points_that_are_not_finite_have_no_foot() {
+    let (surface, x) = ball();
+    let positions = surface.positions(&x).unwrap();
+    assert!(walk_to_foot(&surface, positions, 0, DVec3::X).is_some());
+    for bad in [f64::NAN, f64::INFINITY] {
+        assert!(walk_to_foot(&surface, positions, 0, DVec3::new(0.0, bad, 1.0)).is_none());
+    }
+    assert!(walk_to_foot(&surface, positions, u32::MAX, DVec3::X).is_none());
+}
+
+#[test]
 fn a_particle_that_slides_round_a_ball_is_followed_inside_and_out() {
     let (surface, x) = ball();
     let on = surface.positions(&x).unwrap();
