@@ -250,8 +250,9 @@ impl PermanentContacts {
     ///
     /// # Errors
     ///
-    /// As [`Self::stick`], and [`ResponseError::Count`] when P is a combination
-    /// of several particles and slides onto particles: more than a contact holds.
+    /// As [`Self::stick`], [`ResponseError::ParticleOutOfRange`] where the surface has vertices that are
+    /// no particles, and [`ResponseError::Count`] when P is a combination of several particles and
+    /// slides onto particles: more than a contact holds.
     pub fn slide(
         &mut self,
         x: &[DVec3],
@@ -272,8 +273,7 @@ impl PermanentContacts {
             let point = self.point(number, x);
             let start = self.start_face(number, surface, carrier);
             if let Some(foot) = walk_to_foot(surface, on, start, point) {
-                self.stand_on(number, surface, &foot, carrier)?;
-                self.keep_normal(number, x);
+                self.stand_on(number, surface, &foot, carrier, x)?;
             }
         }
         Ok(())
@@ -364,6 +364,7 @@ impl PermanentContacts {
         surface: &TriangleSurface,
         foot: &SurfaceFoot,
         carrier: SurfaceCarrier,
+        x: &[DVec3],
     ) -> Result<(), ResponseError> {
         let contact = &mut self.contacts[number];
 
@@ -375,10 +376,11 @@ impl PermanentContacts {
                 Stencil::new(of_p)
             }
             SurfaceCarrier::Particles { first } => {
-                let corners = surface.faces()[foot.face as usize];
-                let corner =
-                    |k: usize| Term { particle: first + corners[k], weight: foot.barycentric[k] };
-                let [a, b, c] = [0, 1, 2].map(corner);
+                let corners =
+                    surface.faces()[foot.face as usize].map(|corner| first.saturating_add(corner));
+                check::particle_range(number, corners, x.len())?;
+                let [a, b, c] =
+                    [0, 1, 2].map(|k| Term { particle: corners[k], weight: foot.barycentric[k] });
                 contact.anchor = None;
                 match *of_p {
                     [p] => Stencil::new(&[p, a, b, c]),
@@ -393,6 +395,7 @@ impl PermanentContacts {
         contact.gap = foot.height - contact.offset;
         self.tracks[number].face = Some(foot.face);
         self.states[number] = ContactState::of(contact.gap, self.margins);
+        self.keep_normal(number, x);
         Ok(())
     }
 }

@@ -147,6 +147,15 @@ fn sliding_over_particles_writes_their_stencil() {
         assert!(contact.stencil.terms()[1..].iter().all(|t| t.particle >= first));
     }
     assert_eq!(permanent.states(), [ContactState::Proximity]);
+    for first in [3, u32::MAX] {
+        let refused = permanent.slide(
+            &x,
+            &surface,
+            surface.positions(&x[2..]).unwrap(),
+            SurfaceCarrier::Particles { first },
+        );
+        assert!(matches!(refused, Err(ResponseError::ParticleOutOfRange { contact: 0, .. })));
+    }
     x[0] *= 2.0;
     let on = surface.positions(&x[2..]).unwrap();
     permanent.slide(&x, &surface, on, SurfaceCarrier::Particles { first }).unwrap();
