@@ -82,7 +82,8 @@ impl ContactSet {
             let start = self.contacts.len();
             for contact in &other.contacts[group.contacts.clone()] {
                 let key = stencil_key(group.pair, contact);
-                if !is_known(known, key, contact.normal) {
+                // Another normal is that of another face, or of the same after another move.
+                if !normals_of(known, key).any(|normal| normal == contact.normal) {
                     let place = known.partition_point(|(other, _)| *other < key);
                     known.insert(place, (key, contact.normal));
                     self.contacts.push(*contact);
@@ -109,7 +110,8 @@ impl ContactSet {
         for group in &other.groups {
             let start = self.contacts.len();
             for contact in &other.contacts[group.contacts.clone()] {
-                if !is_known(known, stencil_key(group.pair, contact), contact.normal) {
+                let mut normals = normals_of(known, stencil_key(group.pair, contact));
+                if !normals.any(|normal| normal.dot(contact.normal) > SAME_NORMAL) {
                     self.contacts.push(*contact);
                 }
             }
@@ -202,12 +204,11 @@ pub(crate) type StencilKey = (u64, [u32; 6]);
 /// Contact that is known by its particles and its normal.
 pub(crate) type KnownContact = (StencilKey, DVec3);
 
-/// Returns true if one of the contacts, sorted by their keys, has the same particles and nearly the
-/// same normal: one vertex may meet several faces of a bone.
-fn is_known(known: &[KnownContact], key: StencilKey, normal: DVec3) -> bool {
+/// Returns the normals of the contacts, sorted by their keys, that have the same particles.
+fn normals_of(known: &[KnownContact], key: StencilKey) -> impl Iterator<Item = DVec3> {
     let first = known.partition_point(|(other, _)| *other < key);
-    let mut same = known[first..].iter().take_while(|(other, _)| *other == key);
-    same.any(|(_, other)| other.dot(normal) > SAME_NORMAL)
+    let same = known[first..].iter().take_while(move |(other, _)| *other == key);
+    same.map(|(_, normal)| *normal)
 }
 
 fn stencil_key(pair: u64, contact: &Contact) -> StencilKey {

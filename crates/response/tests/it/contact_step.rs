@@ -3,7 +3,8 @@
 use glam::DVec3;
 use response::{
     ContactSet, ContactStep, Follower, Followers, Material, ParticleLoads, ParticleStates,
-    ResponseError, RigidMotion, SolverParams, SpringDamper, StepLength, StepParams, StepReport,
+    ResponseError, RigidMotion, SolverMethod, SolverParams, SpringDamper, StepLength, StepParams,
+    StepReport,
 };
 use surface::Contact;
 
@@ -224,30 +225,36 @@ fn rounds_do_not_take_turns_between_the_sides_of_a_crease() {
     assert!(x[0].distance(DVec3::Y * 0.3) < 1e-9, "{x:?}");
 }
 
-/// A particle that falls into a groove of two walls of one bone meets the second wall once it
-/// slides on the first: both hold it at the end of the move.
+/// A particle that falls into a groove of two walls of one bone, steep or nearly flat, meets the
+/// second wall once it slides on the first: both hold it at the end of the move.
 #[test]
 fn a_move_into_a_groove_ends_between_both_walls() {
-    let walls = [1.0, -1.0].map(|side| DVec3::new(side, 0.0, 1.0).normalize());
-    let (mut x, mut v, w) = ([DVec3::new(-0.5, 0.0, 2.0)], [DVec3::Z * -1000.0], [1.0]);
-    let (start, h) = (x[0], params().h.get());
-    let mut step = ContactStep::default();
-    let none = |_: &[DVec3], _: &mut ContactSet| Ok::<(), ResponseError>(());
-    let loads = ParticleLoads::None;
-    let particles = ParticleStates { x: &mut x, v: &mut v, loads, inverse_mass: &w };
-    let mut report = step.correct(particles, &params(), none).expect("valid");
+    let method = SolverMethod::ConjugateGradient;
+    let params = StepParams { solver: SolverParams { method, ..params().solver }, ..params() };
+    for (degrees, from) in [(45.0_f64, -0.5), (2.0, -0.1)] {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        let walls = [sin, -sin].map(|x| DVec3::new(x, 0.0, cos));
+        let (mut x, mut v) = ([DVec3::new(from, 0.0, 2.0)], [DVec3::Z * -1000.0]);
+        let (start, h, w) = (x[0], params.h.get(), [1.0]);
+        let mut step = ContactStep::default();
+        let none = |_: &[DVec3], _: &mut ContactSet| Ok::<(), ResponseError>(());
+        let loads = ParticleLoads::None;
+        let particles = ParticleStates { x: &mut x, v: &mut v, loads, inverse_mass: &w };
+        let mut report = step.correct(particles, &params, none).expect("valid");
 
-    // The wall that is met first.
-    let sweep = |v: &[DVec3], contacts: &mut ContactSet| {
-        let time = |wall: &DVec3| wall.dot(start) / (-h * wall.dot(v[0]));
-        let met = walls.iter().filter(|wall| wall.dot(start + h * v[0]) < -1e-9);
-        if let Some(wall) = met.min_by(|a, b| time(a).total_cmp(&time(b))) {
-            let found = Contact { time: Some(time(wall)), ..on_plane(0, start, *wall) };
-            contacts.add(0, &material(0.0), &RigidMotion::default(), &[found]);
-        }
-        Ok::<(), ResponseError>(())
-    };
-    let swept = step.correct_swept(&mut v, &w, &params(), &mut report, sweep).expect("valid");
-    assert!(swept.contacts == 2 && swept.free_share >= 1.0, "{swept:?}");
-    assert!((start + h * v[0]).length() < 1e-9, "at the bottom: {}", start + h * v[0]);
+        // The wall that is met first.
+        let sweep = |v: &[DVec3], contacts: &mut ContactSet| {
+            let time = |wall: &DVec3| wall.dot(start) / (-h * wall.dot(v[0]));
+            let met = walls.iter().filter(|wall| wall.dot(start + h * v[0]) < -1e-9);
+            if let Some(wall) = met.min_by(|a, b| time(a).total_cmp(&time(b))) {
+                let found = Contact { time: Some(time(wall)), ..on_plane(0, start, *wall) };
+                contacts.add(0, &material(0.0), &RigidMotion::default(), &[found]);
+            }
+            Ok::<(), ResponseError>(())
+        };
+        let swept = step.correct_swept(&mut v, &w, &params, &mut report, sweep).expect("valid");
+        assert!(swept.contacts == 2 && swept.free_share >= 1.0, "{degrees}°: {swept:?}");
+        let end = start + h * v[0];
+        assert!(end.length() < 1e-8, "{degrees}°: at the bottom: {end}");
+    }
 }
