@@ -22,7 +22,7 @@ use kdop::Workspace;
 use proximity::{ClosestPoint, FaceBox, FaceBoxes, NearFaces, SurfaceTree};
 use surface::progress::{Interrupted, Polls, Progress};
 use surface::triangle::{quarters, radius_about_center};
-use surface::{Pseudonormals, triangle};
+use surface::{NO_EDGE, Pseudonormals, TriangleFeature, triangle};
 
 use crate::contact_sums::{CellValues, ContactSums, JointContact, collect};
 use crate::error::JointContactError;
@@ -137,6 +137,8 @@ enum FaceSide {
     Inside,
     /// Parts of it may be inside.
     Unknown,
+    /// Parts of it may be inside a body that covers a place more than once.
+    Covered,
 }
 
 impl FaceSide {
@@ -146,8 +148,10 @@ impl FaceSide {
         if !inside.is_defined {
             return Self::Outside;
         }
-        let is_cut = curve.cut_faces[side].binary_search(&face).is_ok();
-        if inside.covers_twice || is_cut {
+        if inside.covers_twice {
+            return Self::Covered;
+        }
+        if curve.cut_faces[side].binary_search(&face).is_ok() {
             return Self::Unknown;
         }
 
@@ -360,17 +364,48 @@ impl<'a> Integral<'a> {
 
     /// Signs the distance of a point from the other surface: negative inside, where there is an
     /// inside.
-    fn signed_distance(&self, point: DVec3, found: &ClosestPoint, side: FaceSide) -> f64 {
-        match side {
-            FaceSide::Outside => return found.distance,
-            FaceSide::Inside => return -found.distance,
-            FaceSide::Unknown => {}
-        }
+    fn signed_distance(&mut self, point: DVec3, found: &ClosestPoint, side: FaceSide) -> f64 {
+        let is_inside = match side {
+            FaceSide::Outside => false,
+            FaceSide::Inside => true,
+            // Normals decide, but those of faces without area; where a place is covered twice, parity
+            // calls it outside.
+            FaceSide::Unknown if self.is_on_thin_face(found) => {
+                self.other.contains(point, self.traversal)
+            }
+            FaceSide::Unknown | FaceSide::Covered => self.is_behind(point, found),
+        };
+        if is_inside { -found.distance } else { found.distance }
+    }
+
+    /// Returns true if a face that holds a foot is so thin that its normal is hardly more than
+    /// rounding.
+    fn is_on_thin_face(&self, found: &ClosestPoint) -> bool {
+        /// Area of a face whose normal is right to ten digits, relative to the square of its longest
+        /// edge.
+        const MIN_AREA: f64 = 1e-6;
+
+        let surface = self.other.surface();
+        let face = found.face as usize;
+        let around = match found.foot.feature {
+            TriangleFeature::Face => &[found.face],
+            TriangleFeature::Edge(k) if surface.face_edges()[face][k] == NO_EDGE => return true,
+            TriangleFeature::Edge(k) => surface.edge_faces(surface.face_edges()[face][k]),
+            TriangleFeature::Corner(k) => surface.vertex_faces(surface.faces()[face][k]),
+        };
+        around.iter().any(|&face| {
+            let [a, b, c] = self.other.corners(face);
+            let squared = [a.distance_squared(b), b.distance_squared(c), c.distance_squared(a)];
+            let longest = squared.into_iter().fold(0.0, f64::max);
+            triangle::area([a, b, c]) <= MIN_AREA * longest
+        })
+    }
+
+    /// Returns true if a point is behind its foot, by the pseudonormal there.
+    fn is_behind(&self, point: DVec3, found: &ClosestPoint) -> bool {
         let (surface, positions) = (self.other.surface(), self.other.positions());
-        // The pseudonormal at the foot decides the side on faces, edges and corners alike.
         let feature = found.foot.feature;
         let outward = Pseudonormals::of_feature(surface, positions, found.face, feature);
-        let is_inside = (point - found.foot.point).dot(outward) < 0.0;
-        if is_inside { -found.distance } else { found.distance }
+        (point - found.foot.point).dot(outward) < 0.0
     }
 }

@@ -305,10 +305,13 @@ impl Search<'_> {
         self.memory.beyond.clear();
         self.memory.beyond.extend(corners);
         for close in &self.memory.close {
-            // No point of the face is behind the plane across the shortest way to it.
+            // No point of the face is beyond the plane across the shortest way to it: that is through
+            // the foot, and farther only where rounding has turned a way that is hardly longer.
             let foot = closest_on_triangle(center, close.corners).point;
             let outward = (center - foot).normalize_or_zero();
-            let height = |p: DVec3| outward.dot(p - foot) - self.margin;
+            let beyond = close.corners.map(|corner| outward.dot(corner - foot));
+            let reach = self.margin + beyond.into_iter().fold(0.0, f64::max);
+            let height = |p: DVec3| outward.dot(p - foot) - reach;
             let heights = corners.map(height);
             if heights.iter().all(|&height| height > 0.0) {
                 continue;
