@@ -11,7 +11,9 @@
 //! does not count, and where no face has area the normal is zero.
 //!
 //! The side is right for a closed, manifold, oriented surface that does not cross
-//! itself, and a foot that is the closest point of the *whole* surface. Vertices
+//! itself, and a foot that is the closest point of the *whole* surface. At an edge of
+//! a face without area the normals of one side alone count, and the side may be
+//! wrong where the surface turns by more than a right angle there. Vertices
 //! that only share a place are not one vertex: on a surface sewn from patches
 //! without shared vertices the sides along the seams are those of one patch.
 
