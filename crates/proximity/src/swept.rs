@@ -176,6 +176,7 @@ impl<'a> SweptQuery<'a> {
         progress: Progress<'_>,
     ) -> Result<SweptContacts, SweptError> {
         // Batches run as they fill; after an error, the traversal only ends.
+        self.params.validate()?;
         let mut state = Ok(());
         a.tree.pairs(&b.tree, self.margin, workspace, |face_a, face_b| {
             if state.is_ok() {
@@ -200,6 +201,7 @@ impl<'a> SweptQuery<'a> {
         near: MovingPairs<'_, 9>,
         progress: Progress<'_>,
     ) -> Result<SweptContacts, SweptError> {
+        self.params.validate()?;
         let mut state = Ok(());
         near.visit(|face_a, face_b| {
             if state.is_ok() {

@@ -3,3 +3,4 @@
 mod pair;
 mod regions;
 mod surface_tree;
+mod swept;
