@@ -2,20 +2,28 @@
 //!
 //! An edge along which as many faces run one way as the other is no boundary, whatever their
 //! number; the rest, with their multiplicities, form closed loops. Fanning each connected
-//! piece to its center closes the surface: surface and caps together enclose every point a
-//! whole number of times.
+//! piece to an apex near its center closes the surface: surface and caps together enclose every
+//! point a whole number of times.
 
 use std::collections::BTreeMap;
 
 use glam::DVec3;
 use surface::{NO_EDGE, Positions, TriangleSurface, UnionFind, triangle};
 
+/// Offset of the apex of a cap from the center of its edges, in radii of the cap.
+///
+/// On an edge of a triangle its solid angle is nothing but rounding. Fanned to their center, the
+/// edges of a surface along the axes would lead through nodes. These numbers are in no simple ratio
+/// to each other nor to coordinates.
+const APEX: DVec3 = DVec3::new(0.014_142_135_6, 0.022_360_679_8, 0.017_320_508_1);
+
 /// Triangles that close a connected piece of the boundary.
 #[derive(Debug)]
 pub(super) struct Cap {
-    /// Triangles with their multiplicities; they run along the boundary against the surface.
+    /// Triangles with their multiplicities, whose last corner is the apex; they run along the
+    /// boundary against the surface.
     pub(super) triangles: Vec<([DVec3; 3], i32)>,
-    /// Center of a ball around all of them.
+    /// Center of the edges, and of a ball around all triangles.
     pub(super) center: DVec3,
     /// Radius of that ball.
     pub(super) radius: f64,
@@ -24,7 +32,7 @@ pub(super) struct Cap {
 }
 
 impl Cap {
-    /// Fans the edges of a connected piece to their center.
+    /// Fans the edges of a connected piece to an apex near their center.
     fn new(edges: &[([DVec3; 2], i32)]) -> Self {
         let mut center = DVec3::ZERO;
         for ([a, b], _) in edges {
@@ -33,9 +41,12 @@ impl Cap {
         center *= 0.5 / crate::num::coordinate(edges.len());
 
         let mut cap = Self { triangles: Vec::new(), center, radius: 0.0, area: 0.0 };
-        for &([a, b], times) in edges {
-            let corners = [b, a, center];
+        for ([a, b], _) in edges {
             cap.radius = cap.radius.max(a.distance(center)).max(b.distance(center));
+        }
+        let apex = center + cap.radius * APEX;
+        for &([a, b], times) in edges {
+            let corners = [b, a, apex];
             cap.area += triangle::area(corners) * f64::from(times.abs());
             cap.triangles.push((corners, times));
         }

@@ -89,7 +89,9 @@ fn volume(surface: &TriangleSurface, x: Positions<'_>, caps: &[Cap]) -> f64 {
         six_volumes += triangle::triple_product(x.corners(face), center);
     }
     for cap in caps {
-        for &(corners, times) in &cap.triangles {
+        // The center itself takes part for a sheet: an apex beside it would decide its orientation.
+        for &([b, a, _], times) in &cap.triangles {
+            let corners = [b, a, cap.center];
             six_volumes += f64::from(times) * triangle::triple_product(corners, center);
         }
     }

@@ -149,6 +149,25 @@ fn boxes_on_the_nodes_of_their_grid() {
     }
 }
 
+/// Nodes on the straight lines from the corners of a hole to its middle, and in the middle.
+#[test]
+fn nodes_between_the_border_and_the_middle_of_a_hole() {
+    let cube = shapes::cube(12.0);
+    let mut compared = 0;
+    for corner in cube.positions.clone() {
+        // The three sides at a corner: their border is a hexagon around the middle of the cube.
+        let mut open = cube.clone();
+        open.faces.retain(|face| {
+            let sum: DVec3 = face.iter().map(|&vertex| cube.positions[vertex as usize]).sum();
+            let center = sum / 3.0;
+            (center * corner.signum()).max_element() > 5.0
+        });
+        assert_eq!(open.faces.len(), 6);
+        compared += check(&open, 1.0, EVERY, |_, p| p.abs().max_element() < 8.0);
+    }
+    assert!(compared > 20_000, "{compared}");
+}
+
 /// On a closed surface that does not meet itself, the flood of the voxel method finds the
 /// inside that the winding number finds, but for the voxels of the surface.
 #[test]
