@@ -10,8 +10,12 @@ use crate::DistanceField;
 /// Bounds of a field for a margin, in the field's own frame.
 #[derive(Clone, Debug)]
 pub(super) struct FieldBounds {
-    /// Box around all points within the margin, empty where there is none.
+    /// Box around all points of the grid within the margin, empty where there is none.
     region: Aabb,
+    /// The grid.
+    grid: Aabb,
+    /// Smallest value on the border of the grid.
+    min_border: f64,
     gradients: GradientBounds,
     margin: f64,
     max_value: f64,
@@ -27,15 +31,20 @@ impl FieldBounds {
         let (grid, values) = (field.grid(), field.values());
         let [nx, ny, nz] = grid.dims();
 
-        // The box around the nodes within the margin, and the largest value.
+        // The box around the nodes within the margin, the largest value, and the least on the border.
         let (mut nodes, mut max_value) = (Aabb::EMPTY, f32::NEG_INFINITY);
+        let mut min_border = f32::INFINITY;
         for (row, values) in values.chunks(nx).enumerate() {
+            let (j, k) = (row % ny, row / ny);
             for (i, &value) in values.iter().enumerate() {
                 max_value = max_value.max(value);
                 if f64::from(value) <= margin {
-                    nodes = nodes.with_point(grid.position([i, row % ny, row / ny]));
+                    nodes = nodes.with_point(grid.position([i, j, k]));
                 }
             }
+            let is_outer = j == 0 || j + 1 == ny || k == 0 || k + 1 == nz;
+            let border = values.iter().step_by(if is_outer { 1 } else { nx - 1 });
+            min_border = border.copied().fold(min_border, f32::min);
         }
 
         // A point within the margin has such a node within a spacing along each axis.
@@ -44,7 +53,17 @@ impl FieldBounds {
         let inner = Aabb { min: grid.origin(), max: last }.inflate(-BORDER * spacing);
         let region = nodes.inflate(spacing).intersection(inner);
         let gradients = GradientBounds::new(grid, &values);
-        Self { region, gradients, margin, max_value: f64::from(max_value) }
+        let (max_value, min_border) = (f64::from(max_value), f64::from(min_border));
+        Self { region, grid: inner, min_border, gradients, margin, max_value }
+    }
+
+    /// Computes a lower bound on the distance of a point outside the grid.
+    ///
+    /// The way to the body's nearest point enters the box where the value is the margin, or with
+    /// the grid, whose border may be within the margin. Without a box, it enters the grid alone.
+    pub(super) fn min_distance_outside(&self, p: DVec3) -> f64 {
+        let Aabb { min, max } = if self.region.is_empty() { self.grid } else { self.region };
+        self.margin.min(self.min_border) + p.distance(p.max(min).min(max))
     }
 
     /// Returns the largest value of a node: one that is not less may be truncated.

@@ -93,10 +93,8 @@ impl FieldDetector {
             }
             Some(_) => FieldDistance::AtLeast(self.bounds.max_value()),
             None => {
-                // All points within the margin are in the box.
                 let local = pose.inverse_transform_point(p);
-                let outside = local.distance(self.bounds.clamp(local));
-                FieldDistance::AtLeast(self.margin + outside)
+                FieldDistance::AtLeast(self.bounds.min_distance_outside(local))
             }
         }
     }

@@ -353,6 +353,29 @@ fn distances_are_values_or_lower_bounds() {
     assert!(values > 20 && bounds > 20, "{values} values, {bounds} bounds");
 }
 
+/// Beside a grid that ends within the margin, and beside one without a node within it.
+#[test]
+fn distances_beside_a_tight_grid_are_lower_bounds() {
+    let bone = bone();
+    let plate = shapes::plate(DVec3::new(9.0, 9.0, 0.2), [2, 2]);
+    let plate = plate.translated(DVec3::splat(0.45));
+    let mut bounds = 0;
+    for (mesh, padding, margin) in [(&bone, 0.0, 5.0), (&bone, 2.0, 5.0), (&plate, 0.55, 0.0)] {
+        let field = build(mesh, &FieldParams { padding, ..FieldParams::new(1.0) }).unwrap();
+        let detector = FieldDetector::new(field, margin).unwrap();
+        cases(5, 200, |u| {
+            let p = vector(u, 20.0)?;
+            if let FieldDistance::AtLeast(bound) = detector.distance(&Pose::IDENTITY, p) {
+                let exact = exact(p, mesh);
+                assert!(bound <= exact + 0.3, "{bound} {exact}");
+                bounds += 1;
+            }
+            Ok(())
+        });
+    }
+    assert!(bounds > 300, "{bounds}");
+}
+
 #[test]
 fn far_bodies_and_huge_edges_are_accepted() {
     let field = field_of(&bone());
