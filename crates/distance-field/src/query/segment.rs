@@ -73,8 +73,9 @@ fn minimum<T: Copy + Into<f64>>(
         let corners = nodes.corner_lengths(walk.cell);
         let limit = best.map_or(max_distance, |best| best.distance);
         if has_at_most(&corners, limit) {
-            let enter = a.lerp(b, from) - walk.cell;
-            let leave = a.lerp(b, to) - walk.cell;
+            // On a long segment, rounding may carry both out of the cell.
+            let enter = (a.lerp(b, from) - walk.cell).clamp(DVec3::ZERO, DVec3::ONE);
+            let leave = (a.lerp(b, to) - walk.cell).clamp(DVec3::ZERO, DVec3::ONE);
             let (t, distance) = Cubic::along(corners, enter, leave - enter).minimum();
             if distance < limit || (best.is_none() && distance <= limit) {
                 best = Some(SegmentMinimum { t: from + t * (to - from), distance });

@@ -60,6 +60,23 @@ fn what_is_not_low_enough_is_not_told() {
     assert!(told > 200, "{told}");
 }
 
+/// Ways so long that rounding moves their points by cells.
+#[test]
+fn no_way_is_lower_than_all_nodes() {
+    let mut found = 0;
+    each_case(|field, [a, b]| {
+        let lowest = field.values().into_iter().fold(f32::INFINITY, f32::min);
+        for length in [1e15, 1e16, 1e17] {
+            let along = length * (b - a);
+            if let Some(minimum) = field.min_along_segment([a - along, b + along], f64::INFINITY) {
+                assert!(minimum.distance >= f64::from(lowest) - 1e-9, "{minimum:?} {lowest}");
+                found += 1;
+            }
+        }
+    });
+    assert!(found > 200, "{found}");
+}
+
 #[test]
 fn a_way_without_numbers_or_length() {
     let grid = FieldGrid::new(DVec3::ZERO, 1.0, [2, 2, 2]).expect("a cell");
