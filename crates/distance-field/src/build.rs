@@ -17,9 +17,13 @@ use crate::{
     NodeValues, Storage, Voxelization,
 };
 
-/// Rounding of a distance, by single precision and by the widening of the band
+/// Rounding of a distance in a narrow band, by single precision and by the widening of the band
 /// \[spacings\].
 const ROUNDING: f64 = 1e-5;
+
+/// Share of a distance by which single precision rounds it: its square, the root of that, the
+/// spacing and their product, by half a unit each.
+const SINGLE_ROUNDING: f64 = 2.0 * f32::EPSILON as f64;
 
 /// Number of cells that a surface should span along its longest axis.
 const MIN_CELLS: f64 = 4.0;
@@ -231,8 +235,8 @@ impl Build<'_> {
 
     /// Returns the bound of [`FieldReport::error_bound`].
     fn error_bound(&self, unsigned: &Unsigned) -> Option<f64> {
-        let is_exact = matches!(self.params.method, FieldMethod::ExactBand { .. });
-        let correction = match self.params.method.node_values() {
+        let FieldMethod::ExactBand { band, node_values } = self.params.method else { return None };
+        let correction = match node_values {
             NodeValues::Interpolating => 0.0,
             NodeValues::QuasiInterpolating => MAX_CORRECTION,
         };
@@ -241,9 +245,9 @@ impl Build<'_> {
             Storage::Quantized { step } => 0.5 * step,
         };
         let spacing = self.grid.spacing();
-        let rounding = ROUNDING * spacing + storage;
+        let rounding = ROUNDING.max(SINGLE_ROUNDING * band) * spacing + storage;
         let bound = 0.5 * 3.0_f64.sqrt() * spacing + correction * spacing + rounding;
-        (is_exact && unsigned.is_closed).then_some(bound)
+        unsigned.is_closed.then_some(bound)
     }
 
     /// Returns the largest distance that is stored: at most the diagonal of the grid, which

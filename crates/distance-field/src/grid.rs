@@ -1,5 +1,7 @@
 //! Regular grid of nodes.
 
+use std::ops::RangeInclusive;
+
 use glam::DVec3;
 use surface::Aabb;
 
@@ -9,6 +11,9 @@ use crate::num::{coordinate, floor_index};
 
 /// Maximum number of nodes along an axis: three squares of it fit 32 bits.
 const MAX_AXIS_NODES: usize = 37_000;
+
+/// Spacings, in any length unit, of whose multiples and fractions single precision has all digits.
+const SPACINGS: RangeInclusive<f64> = 1e-30..=1e30;
 
 /// Regular grid of nodes at `origin + spacing · (i, j, k)`, `i` running fastest in memory.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,11 +29,14 @@ impl FieldGrid {
     ///
     /// # Errors
     ///
-    /// - [`FieldError::InvalidParam`] when `spacing` is not positive and finite, the origin
+    /// - [`FieldError::InvalidParam`] when `spacing` is not between 1e-30 and 1e30, the origin
     ///   is not finite or an axis has fewer than two nodes.
     /// - [`FieldError::TooLarge`] when the number of nodes overflows.
     pub fn new(origin: DVec3, spacing: f64, dims: [usize; 3]) -> Result<Self, FieldError> {
-        check_positive("spacing", spacing)?;
+        if !SPACINGS.contains(&spacing) {
+            let expected = "between 1e-30 and 1e30";
+            return Err(FieldError::InvalidParam { name: "spacing", value: spacing, expected });
+        }
         if !origin.is_finite() {
             let value = origin.x + origin.y + origin.z;
             return Err(FieldError::InvalidParam { name: "origin", value, expected: "finite" });

@@ -120,7 +120,8 @@ pub struct FieldReport {
     /// where all such places are beyond the truncation.
     pub measured_deep_error: Option<MeasuredError>,
     /// Proved bound on the error of a trilinear value, at any point whose distance from the
-    /// surface is at most the band less √3 spacings, in the length unit.
+    /// surface is at most the band less √3 spacings, in the length unit. A distance beyond the
+    /// truncation is compared as the truncation.
     ///
     /// The distance to a closed surface changes by at most the distance between two points,
     /// and all corners of such a point's cell are exact. Its value is then within their mean

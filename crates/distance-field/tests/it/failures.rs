@@ -55,6 +55,7 @@ fn refuses_lengths_that_make_no_sense() {
     let cases = [
         (FieldParams { spacing: 0.0, ..defaults() }, "spacing"),
         (FieldParams { spacing: f64::NAN, ..defaults() }, "spacing"),
+        (FieldParams::new(1e31), "spacing"),
         (FieldParams { padding: -1.0, ..defaults() }, "padding"),
         (FieldParams { truncation: Some(0.0), ..defaults() }, "truncation"),
         (FieldParams { method: band(1.0), ..defaults() }, "band"),
@@ -67,6 +68,8 @@ fn refuses_lengths_that_make_no_sense() {
             other => panic!("{expected}: {other:?}"),
         }
     }
+    let tiny = ball.clone().scaled(DVec3::splat(1e-46));
+    assert!(build(&tiny, &FieldParams::new(1e-46)).is_err(), "all values would be 0");
     let storage = Storage::Quantized { step: 1e-5 };
     let refused = build(&ball, &FieldParams { storage, ..defaults() }).unwrap_err();
     assert!(matches!(refused, FieldError::StepTooSmall { .. }), "{refused}");
@@ -372,6 +375,34 @@ fn what_is_certain_holds_at_the_tip_of_a_needle() {
     );
     let worst = build(&ball, &defaults()).unwrap().report().measured_error.unwrap().max;
     assert!(worst < 0.866, "{worst}");
+}
+
+/// Eight tips around the middle of a cell, towards its nodes: these are nearer to them by half a
+/// diagonal. In a wide band, the rounding of distances is added to that.
+#[test]
+fn what_is_certain_holds_amid_far_tips() {
+    // Numbers of which single precision rounds the distances of the nodes down the farthest.
+    let (spacing, distance) = (1.005_200_204_211_204_3, 74.417_902_730_337_26);
+    let mut tips = Mesh::default();
+    for corner in shapes::cube(2.0).positions {
+        let (tip, base) = (corner * (distance * spacing / 3.0_f64.sqrt()), corner * 44.5 * spacing);
+        let x = tips.positions.len();
+        let [a, b, c, d] = [x, x + 1, x + 2, x + 3].map(|vertex| u32::try_from(vertex).unwrap());
+        let beside = [DVec3::X, DVec3::Y].map(|axis| base - 1e-4 * corner * axis);
+        tips.positions.extend([tip, base, beside[0], beside[1]]);
+        tips.faces.extend([[a, b, c], [a, c, d], [a, d, b], [b, d, c]]);
+    }
+    let method = FieldMethod::ExactBand { band: 77.0, node_values: NodeValues::Interpolating };
+    let params =
+        FieldParams { method, padding: 0.0, truncation: None, samples: 0, spacing, ..defaults() };
+    let field = build(&tips, &params).unwrap();
+    let middle = field.grid().position([44; 3]) + 0.5 * spacing;
+    assert!(middle.length() < 1e-12, "{middle}");
+
+    let value = field.evaluate(middle, Interpolation::Trilinear).unwrap().distance;
+    let error = (value - distance * spacing).abs();
+    let certain = field.report().error_bound.expect("closed surfaces");
+    assert!((0.9999 * certain..=certain).contains(&error), "{error} of {certain}");
 }
 
 /// A bounded carry reaches every node that is not truncated: as an unbounded one
