@@ -5,7 +5,7 @@ use kdop::{Dop18, Leaves, Tree, Workspace};
 use surface::progress::{Interrupted, Progress};
 use surface::{
     Meeting, Positions, Pseudonormals, TriangleFeature, TriangleSurface, closest_on_triangle,
-    triangles_meet,
+    ray_crosses_triangle, triangle, triangles_meet,
 };
 
 use crate::{Ball, MedialError};
@@ -18,7 +18,13 @@ pub(crate) struct SurfaceDistance<'a> {
     tree: Tree,
     /// Ball around each face.
     balls: Vec<Ball>,
+    /// Per vertex, true if one of its faces is so flat that its normal is rounding.
+    is_at_needle: Vec<bool>,
 }
+
+/// Height of a face, relative to the size of the coordinates, up to which it is a needle: the
+/// normal of a higher one is good to a millionth.
+const NEEDLE_HEIGHT: f64 = 1e-10;
 
 /// Closest point of a surface to another point.
 #[derive(Clone, Copy, Debug)]
@@ -33,7 +39,8 @@ impl<'a> SurfaceDistance<'a> {
     pub(crate) fn new(surface: &'a TriangleSurface, x: Positions<'a>) -> Result<Self, MedialError> {
         let tree = Tree::build(Leaves::Triangles(surface.faces()), x.as_slice())?;
         let balls = surface.faces().iter().map(|&face| ball_around(x.corners(face))).collect();
-        Ok(Self { surface, x, normals: Pseudonormals::new(surface, x), tree, balls })
+        let (normals, is_at_needle) = (Pseudonormals::new(surface, x), at_needles(surface, x));
+        Ok(Self { surface, x, normals, tree, balls, is_at_needle })
     }
 
     /// Finds the closest point of the surface nearer than `max_distance`.
@@ -115,10 +122,27 @@ impl<'a> SurfaceDistance<'a> {
     }
 
     /// Computes the distance to the surface, positive inside, from the closest point.
-    pub(crate) fn depth(&self, p: DVec3, foot: &SurfaceFoot) -> f64 {
-        let normal = self.normals.at(self.surface, foot.face, foot.feature);
-        let is_outside = (p - foot.point).dot(normal) > 0.0;
+    pub(crate) fn depth(&self, p: DVec3, foot: &SurfaceFoot, workspace: &mut Workspace) -> f64 {
+        // Beside needles, normals do not tell the side.
+        let corners = self.surface.faces()[foot.face as usize];
+        let is_outside = if corners.iter().any(|&vertex| self.is_at_needle[vertex as usize]) {
+            !self.encloses(p, workspace)
+        } else {
+            let normal = self.normals.at(self.surface, foot.face, foot.feature);
+            (p - foot.point).dot(normal) > 0.0
+        };
         if is_outside { -foot.distance } else { foot.distance }
+    }
+
+    /// Returns true if the surface encloses a point, by the exact crossings of a ray along x.
+    fn encloses(&self, p: DVec3, workspace: &mut Workspace) -> bool {
+        let end = self.x.as_slice().iter().fold(p.x, |end, corner| end.max(corner.x));
+        let ray = Dop18::from_points(&[p, DVec3 { x: end, ..p }]);
+        let mut winding = 0;
+        self.tree.query(&ray, workspace, |face| {
+            winding += ray_crosses_triangle(p, self.corners(face)).unwrap_or(0);
+        });
+        winding > 0
     }
 
     /// Checks that the surface does not cross itself.
@@ -147,6 +171,22 @@ impl<'a> SurfaceDistance<'a> {
     pub(crate) fn corners(&self, face: u32) -> [DVec3; 3] {
         self.x.corners(self.surface.faces()[face as usize])
     }
+}
+
+/// Finds the vertices of faces whose normals are rounding.
+fn at_needles(surface: &TriangleSurface, x: Positions<'_>) -> Vec<bool> {
+    let mut is_at_needle = vec![false; surface.vertex_count()];
+    for &face in surface.faces() {
+        let [a, b, c] = x.corners(face);
+        let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+        let size = a.abs().max(b.abs()).max(c.abs()).max_element();
+        if triangle::normal([a, b, c]).length() <= NEEDLE_HEIGHT * size * longest {
+            for vertex in face {
+                is_at_needle[vertex as usize] = true;
+            }
+        }
+    }
+    is_at_needle
 }
 
 /// Returns a ball around a triangle, with room for rounding.

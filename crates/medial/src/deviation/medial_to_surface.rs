@@ -85,8 +85,9 @@ impl Bounding<'_> {
     fn add_by_slope(&mut self, search: &mut MaximumSearch<Patch>, balls: [Ball; 3]) {
         let middle = middle(&balls);
         let nearest = self.surface.nearest(middle.center, f64::INFINITY, &mut self.workspace);
-        let depth =
-            nearest.map_or(f64::NEG_INFINITY, |foot| self.surface.depth(middle.center, &foot));
+        let depth = nearest.map_or(f64::NEG_INFINITY, |foot| {
+            self.surface.depth(middle.center, &foot, &mut self.workspace)
+        });
         search.evaluated(middle.radius - depth);
         search.add(max_distance(&balls, middle) - depth, Patch { balls, depth, faces: None });
     }

@@ -65,7 +65,7 @@ impl Inscribed {
         let search = |workspace: &mut Workspace, i: usize| {
             let center = points[i].ball(medial).center;
             let foot = distance.nearest_from(center, points[i].face, workspace);
-            let side = 1.0_f64.copysign(distance.depth(center, &foot));
+            let side = 1.0_f64.copysign(distance.depth(center, &foot, workspace));
             (foot.face, SidedPoint { point: foot.point, side })
         };
         let found =

@@ -2,6 +2,7 @@
 
 use std::f64::consts::SQRT_2;
 
+use fixtures::{Mesh, reference};
 use glam::DVec3;
 use kdop::{Leaves, Tree, Workspace};
 use medial::{
@@ -379,4 +380,36 @@ fn a_contained_ball_has_no_effect() {
     let just = Ball::new(DVec3::X, 2.0);
     let found = slab_foot(DVec3::new(-4.0, 3.0, 1.0), &[small, just, just]);
     assert!(found.distance.is_finite() && found.weights[1] > 0.999, "{found:?}");
+}
+
+/// A cube whose edge is closed by faces without area: beside them, normals do not tell inside from
+/// outside.
+#[test]
+fn balls_outside_beside_needles_are_measured() {
+    let corners: [DVec3; 8] = std::array::from_fn(|k| {
+        DVec3::from_array([k & 1, k >> 1 & 1, k >> 2].map(|bit| if bit > 0 { 5.0 } else { -5.0 }))
+    });
+    // The edge from corner 3 to corner 7 has two more vertices on it.
+    let on_edge = [DVec3::new(5.0, 5.0, -1.0), DVec3::new(5.0, 5.0, 1.0)];
+    let needles = [[3, 9, 8], [3, 7, 9]];
+    let divided = [[5, 3, 8], [5, 8, 9], [5, 9, 7]];
+    let whole = [[0, 2, 3], [0, 3, 1], [4, 5, 7], [4, 7, 6], [0, 1, 5], [0, 5, 4], [2, 6, 7]];
+    let sides = [[2, 7, 3], [0, 4, 6], [0, 6, 2], [1, 3, 5]];
+    let faces = [&needles[..], &divided[..], &whole[..], &sides[..]].concat();
+    let cube = Mesh { positions: [&corners[..], &on_edge[..]].concat(), faces };
+
+    for turns in [0.0, 1.0 / 6.0] {
+        let cube = cube.clone().rotated(DVec3::new(1.0, 2.0, 3.0), turns);
+        let surface = cube.surface();
+        let x = surface.positions(&cube.positions).unwrap();
+        for (along, inward) in [(0.4, -0.5), (0.4, 0.5), (0.25, -0.5), (0.55, -0.2)] {
+            let [from, to] = [3, 7].map(|corner: usize| cube.positions[corner]);
+            let center = from.lerp(to, along) * (1.0 - inward / 5.0);
+            let ball = surface_of(vec![Ball::new(center, 1.5)], vec![], vec![]);
+            let measured = Deviation::measure(&ball, &surface, x).unwrap().medial_to_surface;
+            let foot = reference::closest(&cube, center).unwrap();
+            let excess = 1.5 - foot.distance * inward.signum();
+            assert!((measured.lower..=measured.upper).contains(&excess), "{measured:?} {excess}");
+        }
+    }
 }
