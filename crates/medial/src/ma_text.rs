@@ -27,7 +27,9 @@ struct Records {
 }
 
 impl MedialSurface {
-    /// Writes the medial surface as text that [`Self::from_ma`] reads back to the same bits.
+    /// Writes the medial surface as text that [`Self::from_ma`] reads back to the same bits. Cones
+    /// are written in ascending order, each once; those that are sides of slabs add nothing and are
+    /// not read back.
     #[must_use]
     pub fn to_ma(&self) -> String {
         let mut edges = sides(self.slabs());
