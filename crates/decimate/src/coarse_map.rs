@@ -81,6 +81,9 @@ trait Shift {
 /// Roundings of a coordinate that a distance between weighted means may be off by.
 const ROUNDINGS: f64 = 32.0;
 
+/// Squared distance that no two points have whose coordinates are in range, up to 1e30.
+const OUT_OF_RANGE: f64 = 2e61;
+
 impl CoarseMap {
     /// Adds a vertex of the full surface that was not kept, after those of smaller numbers, and its
     /// image in numbers of the coarse surface.
@@ -114,8 +117,8 @@ impl CoarseMap {
         }
     }
 
-    /// Computes η at positions of the full surface and of its kept vertices, rounded outward.
-    /// Allocates nothing.
+    /// Computes η at positions of the full surface and of its kept vertices, rounded outward;
+    /// infinite where one is out of range. Allocates nothing.
     ///
     /// # Panics
     ///
@@ -124,7 +127,8 @@ impl CoarseMap {
         self.max_shift_within(x, kept, f64::INFINITY).unwrap_or(f64::INFINITY)
     }
 
-    /// Computes η as [`max_shift`](Self::max_shift) does; `None` as soon as it exceeds a limit.
+    /// Computes η as [`max_shift`](Self::max_shift) does; `None` as soon as it exceeds a limit, unless
+    /// it is infinite.
     pub(crate) fn max_shift_within(&self, x: &[DVec3], kept: &[DVec3], limit: f64) -> Option<f64> {
         let limit_squared = limit * limit;
         let max_squared = max_least_squared(&self.of_faces, [kept, x], limit_squared, 0.0);
@@ -135,7 +139,7 @@ impl CoarseMap {
         // Other vertices are no farther out than the kept ones and η.
         let shift = max_squared.sqrt();
         let bound = shift + rounding(kept.iter()) + ROUNDINGS * f64::EPSILON * shift;
-        if bound > limit { None } else { Some(bound) }
+        if bound > limit && bound.is_finite() { None } else { Some(bound) }
     }
 
     /// Returns its memory, in bytes.
@@ -147,7 +151,7 @@ impl CoarseMap {
 }
 
 /// Computes the largest of some least squared distances, at least `max_squared`; any above the limit
-/// where it exceeds that.
+/// where it exceeds that, and infinity where a position is out of range.
 fn max_least_squared<S: Shift>(
     shifts: &[S],
     [x, of_simplex]: [&[DVec3]; 2],
@@ -157,9 +161,15 @@ fn max_least_squared<S: Shift>(
     for chunk in shifts.chunks(CHUNK) {
         // The least distances matter of those alone that would be the largest with the same weights.
         for shift in chunk {
-            if shift.at(x, of_simplex).length_squared() > max_squared {
-                max_squared = max_squared.max(shift.least_squared(x, of_simplex));
+            let squared = shift.at(x, of_simplex).length_squared();
+            if squared <= max_squared {
+                continue;
             }
+            // Numbers that are none are out of range, too.
+            let is_in_range = squared < OUT_OF_RANGE;
+            let least =
+                if is_in_range { shift.least_squared(x, of_simplex) } else { f64::INFINITY };
+            max_squared = max_squared.max(least);
         }
         if max_squared > limit_squared {
             break;

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use proximity::{NoInside, ProximityError, SurfaceTree};
+use surface::TriangleSurface;
 
 use crate::{DecimateError, ReducedSurface, coarse_map};
 
@@ -96,7 +97,8 @@ impl CoarseSurface {
     ///
     /// # Errors
     ///
-    /// [`ProximityError::Surface`] where a position is not finite; nothing has then changed.
+    /// [`ProximityError::Surface`] where a position is not finite, or too far away to be compared;
+    /// nothing has then changed. Vertices without faces do not count.
     ///
     /// # Panics
     ///
@@ -127,6 +129,9 @@ impl CoarseSurface {
         let Some(deviation) = map.max_shift_within(full, &self.gathered, max_deviation) else {
             return Ok(false);
         };
+        if deviation.is_infinite() {
+            TriangleSurface::new(full.len(), Vec::new())?.positions(full)?;
+        }
         self.tree.set_positions(self.gathered.iter().copied())?;
         self.deviation_at_bound = deviation;
         self.deviation = deviation;

@@ -45,7 +45,7 @@ impl Decimation {
         Self::up_to(full, f64::INFINITY, progress)
     }
 
-    /// Collapses edges as far as surfaces within a deviation (length, `> 0`) need.
+    /// Collapses edges as far as surfaces within a deviation (length, `> 0`, may be infinite) need.
     ///
     /// [`within`](Self::within) finds the same surfaces then for deviations up to it, and may find
     /// finer ones for others.
@@ -55,6 +55,7 @@ impl Decimation {
     /// - [`DecimateError::Surface`] for a surface that is not closed, manifold and oriented.
     /// - [`DecimateError::RepeatedVertex`] or [`DecimateError::TooSmall`] for one that
     ///   encloses nothing.
+    /// - [`DecimateError::MaxDeviation`] for a deviation that is not positive.
     /// - [`DecimateError::Interrupted`] when the progress handler ends the call.
     pub fn up_to(
         full: SurfaceTree,
@@ -62,6 +63,9 @@ impl Decimation {
         progress: Progress<'_>,
     ) -> Result<Self, DecimateError> {
         check(full.surface())?;
+        if max_deviation.is_nan() || max_deviation <= 0.0 {
+            return Err(DecimateError::MaxDeviation { value: max_deviation });
+        }
         let x = full.positions().as_slice();
         let max_cost = max_deviation * max_deviation;
         let collapses = Collapses::find(full.surface().faces(), x, max_cost, progress)?;

@@ -28,6 +28,25 @@ fn it_stands_on_the_vertices_of_the_full_surface() {
     assert_eq!(unchanged.tree().positions().as_slice(), coarse.tree().positions().as_slice());
 }
 
+/// A vertex that was not kept is no less part of the deviation.
+#[test]
+fn positions_out_of_range_are_refused_by_their_vertex() {
+    let mesh = shapes::icosphere(40.0, 3);
+    let mut coarse = coarse(&mesh);
+    let kept = coarse.reduced().kept.clone();
+    let removed = (0..).find(|vertex| !kept.contains(vertex)).expect("a removed vertex");
+    let before = coarse.deviation();
+    for vertex in [removed, kept[3]] {
+        for value in [f64::NAN, f64::INFINITY, 1e200, 1e32] {
+            let mut x = mesh.positions.clone();
+            x[vertex as usize].y = value;
+            let error = coarse.follow(&x).expect_err("out of range").to_string();
+            assert!(error.contains(&format!("vertex {vertex} ")), "{error}");
+            assert_eq!(coarse.deviation().to_bits(), before.to_bits());
+        }
+    }
+}
+
 #[test]
 fn every_vertex_moves_with_a_point_near_it() {
     let mut mesh = shapes::icosphere(40.0, 4);

@@ -237,6 +237,10 @@ fn deviations_out_of_range_are_refused() {
     }
     let error = decimation.within(f64::NAN, Progress::none()).map(drop);
     assert!(matches!(error, Err(DecimateError::MaxDeviation { .. })));
+    for value in [0.0, -1.0, f64::NAN] {
+        let error = Decimation::up_to(decimation.full().clone(), value, Progress::none());
+        assert!(matches!(error, Err(DecimateError::MaxDeviation { .. })), "{value}");
+    }
 }
 
 /// Handlers that end the call when it begins, or later.
