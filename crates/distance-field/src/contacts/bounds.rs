@@ -95,6 +95,11 @@ impl FieldBounds {
         p.max(self.region.min).min(self.region.max)
     }
 
+    /// Returns the nearest point of the grid.
+    pub(super) fn clamp_to_grid(&self, p: DVec3) -> DVec3 {
+        p.max(self.grid.min).min(self.grid.max)
+    }
+
     /// Returns true if a ball may contain a point within the margin, given the value at the
     /// point of the box that is nearest to its center.
     pub(super) fn may_descend(&self, center: DVec3, radius: f64, value: f64) -> bool {

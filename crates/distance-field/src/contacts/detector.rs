@@ -99,8 +99,8 @@ impl FieldDetector {
         }
     }
 
-    /// Builds the contact of a point of the world, which `terms` combine; `None` outside
-    /// the grid.
+    /// Builds the contact of a point of the world, which `terms` combine. The point is in the grid,
+    /// or rounding has moved it out.
     pub(super) fn contact(
         &self,
         state: &RigidState,
@@ -108,7 +108,8 @@ impl FieldDetector {
         terms: &[Term],
         feature: FieldFeature,
     ) -> Option<FieldContact> {
-        let Sample { distance: gap, gradient } = self.sample(&state.pose, p)?;
+        let found = self.sample(&state.pose, p).or_else(|| self.sample_border(&state.pose, p));
+        let Sample { distance: gap, gradient } = found?;
         let normal = self.normal(&state.pose, p, gradient);
 
         // Of the foot on the rigid body, only its velocity at present matters.
@@ -159,6 +160,13 @@ impl FieldDetector {
     fn sample(&self, pose: &Pose, p: DVec3) -> Option<Sample> {
         let interpolation = Interpolation::Smooth;
         self.field.query(p, &QueryParams { interpolation, offset: 0.0, pose: *pose })
+    }
+
+    /// Evaluates the field at the point of the grid that is nearest to a point of the world.
+    fn sample_border(&self, pose: &Pose, p: DVec3) -> Option<Sample> {
+        let nearest = self.bounds.clamp_to_grid(pose.inverse_transform_point(p));
+        let Sample { distance, gradient } = self.field.evaluate(nearest, Interpolation::Smooth)?;
+        Some(Sample { distance, gradient: pose.rotation() * gradient })
     }
 
     /// Returns the direction of a gradient at a point of the world; where that is zero, the

@@ -353,6 +353,28 @@ fn distances_are_values_or_lower_bounds() {
     assert!(values > 20 && bounds > 20, "{values} values, {bounds} bounds");
 }
 
+/// Where values fall up to the border of a grid, an edge is deepest where it leaves the grid.
+#[test]
+fn edges_that_leave_the_grid_are_found_in_any_pose() {
+    let grid = FieldGrid::new(DVec3::ZERO, 1.0, [5, 5, 5]).unwrap();
+    let values = (0..125_u8).map(|node| 4.0 - f32::from(node % 5)).collect();
+    let field = DistanceField::from_values(grid, values, Storage::Float).unwrap();
+    let detector = FieldDetector::new(field, 1.0).unwrap();
+    cases(6, 200, |u| {
+        let (pose, along) = (pose(u)?, vector(u, 1.0)?);
+        let from = DVec3::new(2.5, 2.0, 2.0);
+        let mesh = needle(from, from + 4.0 * (along + 2.0 * DVec3::X));
+        let body = tree_of(&mesh.mapped(|p| pose.transform_point(p)));
+        let contacts = contacts_of(&detector, &RigidState::at_rest(pose), &body);
+        assert!(!contacts.is_empty());
+        for FieldContact { contact, .. } in contacts {
+            assert!(contact.gap.abs() < 1e-8, "{contact:?}");
+            assert!(contact.normal.distance(pose.rotation() * -DVec3::X) < 1e-9, "{contact:?}");
+        }
+        Ok(())
+    });
+}
+
 /// Beside a grid that ends within the margin, and beside one without a node within it.
 #[test]
 fn distances_beside_a_tight_grid_are_lower_bounds() {
