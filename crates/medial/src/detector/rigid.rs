@@ -62,8 +62,8 @@ struct BallGap {
     ball: Ball,
     /// Distance of the center less the radius, or a lower bound beyond the margin.
     gap: f64,
-    /// Direction away from the rigid body.
-    normal: DVec3,
+    /// Direction away from the rigid body; `None` for a bound.
+    normal: Option<DVec3>,
 }
 
 /// Ball of a primitive with its weights there.
@@ -128,6 +128,7 @@ impl MedialDetector {
         workspace: &mut Workspace,
     ) -> Option<MedialContact> {
         let BallGap { ball: Ball { center, radius }, gap, normal } = *at;
+        let normal = normal?;
         let border = center - radius * normal;
         let on = self.closest_on(own, ball.primitive, border, -normal, workspace)?;
         let corners = own.tree.surface().faces()[on.face as usize];
@@ -195,10 +196,10 @@ impl<D: Fn(DVec3) -> RigidDistance> Rigid<'_, D> {
         let Ball { center, radius } = ball;
         match (self.distance)(center) {
             RigidDistance::Value { distance, normal } => {
-                Ok(BallGap { ball, gap: distance - radius, normal })
+                Ok(BallGap { ball, gap: distance - radius, normal: Some(normal) })
             }
             RigidDistance::AtLeast(bound) if bound - radius > self.side.margin => {
-                Ok(BallGap { ball, gap: bound - radius, normal: DVec3::Z })
+                Ok(BallGap { ball, gap: bound - radius, normal: None })
             }
             RigidDistance::AtLeast(known) => {
                 let needed = radius + self.side.margin;
@@ -215,17 +216,17 @@ impl<D: Fn(DVec3) -> RigidDistance> Rigid<'_, D> {
         corners: [WeightedGap; 3],
     ) -> Result<Option<WeightedGap>, MedialError> {
         let RigidSide { margin, tolerance, .. } = *self.side;
-        let [a, b, c] = corners;
-        let mut lowest = a.lower(b).lower(c);
+        let mut lowest = lowest_of(None, corners);
         let mut pieces = vec![corners];
         let mut count = 0;
         while let Some(piece) = pieces.pop() {
             let bound = lower_bound(&piece);
-            if bound > margin || bound >= lowest.at.gap - tolerance {
+            let lowest_gap = lowest.map_or(f64::INFINITY, |lowest| lowest.at.gap);
+            if bound > margin || bound >= lowest_gap - tolerance {
                 continue;
             }
             if count == MAX_PIECES {
-                return Ok(Some(lowest));
+                return Ok(lowest);
             }
             count += 1;
 
@@ -234,10 +235,10 @@ impl<D: Fn(DVec3) -> RigidDistance> Rigid<'_, D> {
             let ab = self.middle(balls, &a, &b)?;
             let bc = self.middle(balls, &b, &c)?;
             let ca = self.middle(balls, &c, &a)?;
-            lowest = lowest.lower(ab).lower(bc).lower(ca);
+            lowest = lowest_of(lowest, [ab, bc, ca]);
             pieces.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
         }
-        Ok((lowest.at.gap - tolerance <= margin).then_some(lowest))
+        Ok(lowest.filter(|lowest| lowest.at.gap - tolerance <= margin))
     }
 
     /// Evaluates the ball in the middle of two balls of a primitive.
@@ -253,11 +254,16 @@ impl<D: Fn(DVec3) -> RigidDistance> Rigid<'_, D> {
     }
 }
 
-impl WeightedGap {
-    /// Returns the one with the smaller gap, the first of equals.
-    fn lower(self, other: Self) -> Self {
-        if other.at.gap < self.at.gap { other } else { self }
+/// Returns the one with the smallest gap, the first of equals; bounds do not count.
+fn lowest_of(first: Option<WeightedGap>, others: [WeightedGap; 3]) -> Option<WeightedGap> {
+    let mut lowest = first;
+    for other in others {
+        let is_lower = lowest.is_none_or(|lowest| other.at.gap < lowest.at.gap);
+        if other.at.normal.is_some() && is_lower {
+            lowest = Some(other);
+        }
     }
+    lowest
 }
 
 /// Computes a lower bound on the gaps of the balls of a piece.

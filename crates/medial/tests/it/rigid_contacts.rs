@@ -120,3 +120,17 @@ fn an_unknown_distance_is_refused() {
     let far = at(40.0);
     assert_eq!(far.contacts(&body, &far.side(0.0, 0.02)), Ok(Vec::new()));
 }
+
+/// A lower bound is no distance, however little it is beyond the margin.
+#[test]
+fn a_bound_beyond_the_margin_is_no_contact() {
+    let body = Detected::new(&small_muscle(), 24, 0.0, 0);
+    let radii = body.detector.medial().balls().iter().map(|ball| ball.radius);
+    let (radius, margin) = (radii.fold(0.0, f64::max), 0.3);
+    let all = Sphere { center: DVec3::ZERO, radius: 100.0, range: 0.0 };
+    let side = RigidSide { margin, tolerance: 0.5, ..all.side(margin, 0.5) };
+    let distance = |_| RigidDistance::AtLeast(radius + margin + 0.1);
+    let scratch = &mut MedialScratch::default();
+    let contacts = body.detector.rigid_contacts(&body.body(), &side, distance, scratch);
+    assert_eq!(contacts, Ok(Vec::new()));
+}
