@@ -142,6 +142,11 @@ impl CoarseMap {
         if bound > limit && bound.is_finite() { None } else { Some(bound) }
     }
 
+    /// Returns true for the map of a surface onto itself.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.of_vertices.is_empty() && self.of_faces.is_empty() && self.of_edges.is_empty()
+    }
+
     /// Returns its memory, in bytes.
     pub(crate) fn bytes(&self) -> usize {
         size_of_val(&self.of_vertices[..])

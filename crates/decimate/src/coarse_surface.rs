@@ -52,8 +52,8 @@ pub struct CoarseSurface {
 }
 
 impl CoarseSurface {
-    /// Builds a tree over a reduced surface of a full one, which is declared open where the full
-    /// one is.
+    /// Builds a tree over a reduced surface of a full one, at the positions of the full one, and bounds
+    /// its deviation there. It is declared open where the full one is.
     ///
     /// # Errors
     ///
@@ -69,7 +69,7 @@ impl CoarseSurface {
         if full.has_inside() == Err(NoInside::DeclaredOpen) {
             tree = tree.declared_open();
         }
-        let deviation = reduced.deviation;
+        let deviation = reduced.deviation_at(full.positions().as_slice(), &gathered);
         Ok(Self { reduced, tree, deviation, deviation_at_bound: deviation, gathered })
     }
 

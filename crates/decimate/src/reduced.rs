@@ -38,4 +38,10 @@ impl ReducedSurface {
         out.clear();
         out.extend(self.kept.iter().map(|&vertex| x[vertex as usize]));
     }
+
+    /// Bounds the deviation at positions of the full surface and of the kept vertices.
+    pub(crate) fn deviation_at(&self, x: &[DVec3], kept: &[DVec3]) -> f64 {
+        // All vertices of the full surface itself are kept.
+        if self.map.is_empty() { 0.0 } else { self.map.max_shift(x, kept) }
+    }
 }

@@ -28,6 +28,19 @@ fn it_stands_on_the_vertices_of_the_full_surface() {
     assert_eq!(unchanged.tree().positions().as_slice(), coarse.tree().positions().as_slice());
 }
 
+/// The full surface need not be where it was decimated.
+#[test]
+fn its_deviation_is_that_of_the_positions_it_is_built_at() {
+    let mesh = shapes::icosphere(40.0, 4);
+    let large = mesh.clone().mapped(|p| 3.0 * p);
+    let built = CoarseSurface::new(reduced(&mesh, 0.5), &tree(&large)).expect("a reduced surface");
+    let mut moved = coarse(&mesh);
+    moved.follow(&large.positions).expect("finite positions");
+    assert_eq!(built.deviation().to_bits(), moved.deviation().to_bits());
+    assert!(built.deviation() > 2.0 * built.reduced().deviation, "{}", built.deviation());
+    assert_eq!(coarse(&mesh).deviation().to_bits(), built.reduced().deviation.to_bits());
+}
+
 /// A vertex that was not kept is no less part of the deviation.
 #[test]
 fn positions_out_of_range_are_refused_by_their_vertex() {
