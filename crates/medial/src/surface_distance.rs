@@ -1,7 +1,7 @@
 //! Closest points of a closed surface, and the signed distance to it.
 
 use glam::DVec3;
-use kdop::{Dop18, Leaves, Tree, Workspace};
+use kdop::{Axis, Dop18, Leaves, Tree, Workspace};
 use surface::progress::{Interrupted, Progress};
 use surface::{
     Meeting, Positions, Pseudonormals, TriangleFeature, TriangleSurface, closest_on_triangle,
@@ -136,10 +136,8 @@ impl<'a> SurfaceDistance<'a> {
 
     /// Returns true if the surface encloses a point, by the exact crossings of a ray along x.
     fn encloses(&self, p: DVec3, workspace: &mut Workspace) -> bool {
-        let end = self.x.as_slice().iter().fold(p.x, |end, corner| end.max(corner.x));
-        let ray = Dop18::from_points(&[p, DVec3 { x: end, ..p }]);
         let mut winding = 0;
-        self.tree.query(&ray, workspace, |face| {
+        self.tree.ray(p, Axis::X, workspace, |face| {
             winding += ray_crosses_triangle(p, self.corners(face)).unwrap_or(0);
         });
         winding > 0
@@ -173,14 +171,18 @@ impl<'a> SurfaceDistance<'a> {
     }
 }
 
+/// Returns true if a face is so flat that its normal is rounding.
+pub(crate) fn is_needle([a, b, c]: [DVec3; 3]) -> bool {
+    let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+    let size = a.abs().max(b.abs()).max(c.abs()).max_element();
+    triangle::normal([a, b, c]).length() <= NEEDLE_HEIGHT * size * longest
+}
+
 /// Finds the vertices of faces whose normals are rounding.
 fn at_needles(surface: &TriangleSurface, x: Positions<'_>) -> Vec<bool> {
     let mut is_at_needle = vec![false; surface.vertex_count()];
     for &face in surface.faces() {
-        let [a, b, c] = x.corners(face);
-        let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
-        let size = a.abs().max(b.abs()).max(c.abs()).max_element();
-        if triangle::normal([a, b, c]).length() <= NEEDLE_HEIGHT * size * longest {
+        if is_needle(x.corners(face)) {
             for vertex in face {
                 is_at_needle[vertex as usize] = true;
             }

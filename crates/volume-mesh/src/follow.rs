@@ -74,6 +74,10 @@ impl VolumeMesh {
     /// - [`VolumeError::Inverted`] for cells that are inverted or flat at the start;
     /// - [`VolumeError::Count`], [`VolumeError::NotFinite`] and [`VolumeError::Parameter`];
     /// - [`VolumeError::Interrupted`] when the handler of `progress` ends the call.
+    ///
+    /// # Panics
+    ///
+    /// When `boundary` has a node that the mesh has not.
     pub fn follow(
         &self,
         rest: &[DVec3],

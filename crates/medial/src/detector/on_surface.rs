@@ -3,9 +3,10 @@
 use glam::DVec3;
 use kdop::Workspace;
 use proximity::{ClosestPoint, NearVertex, contact};
-use surface::{Contact, Pseudonormals, triangle};
+use surface::{Contact, NO_EDGE, Pseudonormals, TriangleFeature, triangle};
 
 use super::{ContactBody, MedialDetector};
+use crate::surface_distance::is_needle;
 
 /// Distance from a foot, relative to the coordinates, below which its direction is rounding: a
 /// direction at this distance is good to 1e-6.
@@ -51,12 +52,14 @@ pub(super) fn vertex_contact(
     with_ball_gap(contact(&p.surface(), &q.surface(), &near), gap)
 }
 
-/// Measures a vertex at its closest point of a surface, outward by the pseudonormal there.
+/// Measures a vertex at its closest point of a surface, outward by the pseudonormal there, or beside
+/// needles by parity.
 pub(super) fn near_vertex(
     on: &ContactBody<'_>,
     vertex: u32,
     p: DVec3,
     closest: &ClosestPoint,
+    workspace: &mut Workspace,
 ) -> NearVertex {
     let ClosestPoint { face, foot, .. } = *closest;
     let (surface, x) = (on.tree.surface(), on.tree.positions());
@@ -67,12 +70,31 @@ pub(super) fn near_vertex(
 
     // At the surface the direction from the foot is rounding.
     let away = p - foot.point;
-    let side = if away.dot(outward) < 0.0 { -1.0 } else { 1.0 };
+    let is_behind = if is_beside_needle(on, closest) {
+        on.tree.contains(p, workspace)
+    } else {
+        away.dot(outward) < 0.0
+    };
+    let side = if is_behind { -1.0 } else { 1.0 };
     let scale = p.abs().max(foot.point.abs()).max_element();
     let is_off_surface = away.length() > AT_SURFACE * scale;
     let normal = if is_off_surface { side * away.normalize() } else { outward.normalize() };
     let (gap, barycentric) = (away.dot(normal), foot.barycentric);
     NearVertex { vertex, gap, foot: foot.point, face, barycentric, normal }
+}
+
+/// Returns true if a face at the closest point is so flat that its normal is rounding.
+fn is_beside_needle(on: &ContactBody<'_>, closest: &ClosestPoint) -> bool {
+    let (surface, number) = (on.tree.surface(), closest.face as usize);
+    let faces = match closest.foot.feature {
+        TriangleFeature::Face => std::slice::from_ref(&closest.face),
+        TriangleFeature::Edge(k) => match surface.face_edges()[number][k] {
+            NO_EDGE => return true,
+            edge => surface.edge_faces(edge),
+        },
+        TriangleFeature::Corner(k) => surface.vertex_faces(surface.faces()[number][k]),
+    };
+    faces.iter().any(|&face| is_needle(on.tree.corners(face)))
 }
 
 /// Splits the height over the surface into a gap and an offset.

@@ -73,7 +73,8 @@ impl MedialDetector {
             let p = body.tree.position(vertex);
             let hint = self.hints.face(&self.medial, primitive, normal);
             let closest = own.tree.closest_point(p, f64::INFINITY, hint, &mut scratch.workspace);
-            let near = closest.map(|closest| near_vertex(own, vertex, p, &closest));
+            let workspace = &mut scratch.workspace;
+            let near = closest.map(|closest| near_vertex(own, vertex, p, &closest, workspace));
             out.extend(near.filter(|near| near.gap <= max_gap));
         }
     }

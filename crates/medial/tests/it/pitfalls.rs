@@ -2,18 +2,18 @@
 
 use std::f64::consts::SQRT_2;
 
-use fixtures::{Mesh, reference};
+use fixtures::{Mesh, reference, shapes};
 use glam::DVec3;
 use kdop::{Leaves, Tree, Workspace};
 use medial::{
     Ball, CandidatePair, Deviation, FootRule, MedialBounds, MedialContactParams, MedialParams,
-    MedialSurface, ParticleOffsets, PointCandidates, PreviousNormals, PrimitiveContact,
-    PrimitiveTree, QueryPoints, foot, pair_foot, point_contacts, point_contacts_among,
-    primitive_contacts, slab_foot,
+    MedialScratch, MedialSurface, ParticleOffsets, PointCandidates, PreviousNormals,
+    PrimitiveContact, PrimitiveTree, QueryPoints, foot, pair_foot, point_contacts,
+    point_contacts_among, primitive_contacts, slab_foot,
 };
 use surface::Contact;
 
-use crate::support::{generated, muscle, with_balls};
+use crate::support::{Detected, generated, muscle, with_balls};
 
 fn surface_of(balls: Vec<Ball>, cones: Vec<[u32; 2]>, slabs: Vec<[u32; 3]>) -> MedialSurface {
     MedialSurface::new(balls, cones, slabs).expect("valid by construction")
@@ -338,7 +338,7 @@ fn trees_of_unequal_depth_lose_nothing() {
 #[test]
 fn a_one_sided_fit_extends_outside() {
     // A bent sheet: a flat slab between far balls leaves it in the middle.
-    let mesh = fixtures::shapes::torus(30.0, 8.0, [40, 16])
+    let mesh = shapes::torus(30.0, 8.0, [40, 16])
         .mapped(|p| DVec3::new(p.x, p.y, 0.35 * p.z + 0.0004 * p.x * p.x * p.x));
     let fit = |inscribed_weight: f64| {
         let params = MedialParams { inscribed_weight, ..MedialParams::balls(24) };
@@ -382,27 +382,32 @@ fn a_contained_ball_has_no_effect() {
     assert!(found.distance.is_finite() && found.weights[1] > 0.999, "{found:?}");
 }
 
-/// A cube whose edge is closed by faces without area: beside them, normals do not tell inside from
-/// outside.
-#[test]
-fn balls_outside_beside_needles_are_measured() {
+/// A cube whose edge from corner 3 to corner 7 is closed by faces without area: beside them, normals
+/// do not tell inside from outside.
+fn cube_with_needles() -> Mesh {
     let corners: [DVec3; 8] = std::array::from_fn(|k| {
         DVec3::from_array([k & 1, k >> 1 & 1, k >> 2].map(|bit| if bit > 0 { 5.0 } else { -5.0 }))
     });
-    // The edge from corner 3 to corner 7 has two more vertices on it.
     let on_edge = [DVec3::new(5.0, 5.0, -1.0), DVec3::new(5.0, 5.0, 1.0)];
     let needles = [[3, 9, 8], [3, 7, 9]];
     let divided = [[5, 3, 8], [5, 8, 9], [5, 9, 7]];
     let whole = [[0, 2, 3], [0, 3, 1], [4, 5, 7], [4, 7, 6], [0, 1, 5], [0, 5, 4], [2, 6, 7]];
     let sides = [[2, 7, 3], [0, 4, 6], [0, 6, 2], [1, 3, 5]];
     let faces = [&needles[..], &divided[..], &whole[..], &sides[..]].concat();
-    let cube = Mesh { positions: [&corners[..], &on_edge[..]].concat(), faces };
+    Mesh { positions: [&corners[..], &on_edge[..]].concat(), faces }
+}
 
+/// Points of the edge with needles, and how far inward from there.
+const BESIDE_NEEDLES: [(f64, f64); 4] = [(0.4, -0.5), (0.4, 0.5), (0.25, -0.5), (0.55, -0.2)];
+
+#[test]
+fn balls_outside_beside_needles_are_measured() {
+    let cube = cube_with_needles();
     for turns in [0.0, 1.0 / 6.0] {
         let cube = cube.clone().rotated(DVec3::new(1.0, 2.0, 3.0), turns);
         let surface = cube.surface();
         let x = surface.positions(&cube.positions).unwrap();
-        for (along, inward) in [(0.4, -0.5), (0.4, 0.5), (0.25, -0.5), (0.55, -0.2)] {
+        for (along, inward) in BESIDE_NEEDLES {
             let [from, to] = [3, 7].map(|corner: usize| cube.positions[corner]);
             let center = from.lerp(to, along) * (1.0 - inward / 5.0);
             let ball = surface_of(vec![Ball::new(center, 1.5)], vec![], vec![]);
@@ -410,6 +415,33 @@ fn balls_outside_beside_needles_are_measured() {
             let foot = reference::closest(&cube, center).unwrap();
             let excess = 1.5 - foot.distance * inward.signum();
             assert!((measured.lower..=measured.upper).contains(&excess), "{measured:?} {excess}");
+        }
+    }
+}
+
+#[test]
+fn vertices_beside_needles_are_on_their_side() {
+    for turns in [0.0, 1.0 / 6.0] {
+        let cube = cube_with_needles().rotated(DVec3::new(1.0, 2.0, 3.0), turns);
+        let around = surface_of(vec![Ball::new(DVec3::ZERO, 9.0)], vec![], vec![]);
+        let own = Detected::from_medial(&cube, around, 0.0, 4);
+        for (along, inward) in BESIDE_NEEDLES {
+            let [from, to] = [3, 7].map(|corner: usize| cube.positions[corner]);
+            let p = from.lerp(to, along) * (1.0 - inward / 5.0);
+            let body = shapes::tetrahedron(1.0).translated(p);
+            let body = body.clone().translated(p - body.positions[0]);
+            let body = Detected::from_medial(
+                &body,
+                surface_of(vec![Ball::new(p, 0.0)], vec![], vec![]),
+                0.0,
+                0,
+            );
+
+            let (mut near, scratch) = (Vec::new(), &mut MedialScratch::default());
+            own.detector.near_vertices(&body.body(), &own.body(), 9.0, scratch, &mut near);
+            let gap = near.iter().find(|near| near.vertex == 0).expect("in the ball").gap;
+            let foot = reference::closest(&cube, p).unwrap();
+            assert!((gap + foot.distance * inward.signum()).abs() < 1e-9, "{gap} {inward}");
         }
     }
 }
