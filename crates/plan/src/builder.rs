@@ -46,7 +46,7 @@ struct Task {
 /// Structure that was built.
 enum Built {
     Coarse(CoarseLevels),
-    Field(BoneField),
+    Field(Box<BoneField>),
     Medial(Box<MedialDetector>),
 }
 
@@ -88,7 +88,7 @@ impl<'a> Builder<'a> {
             let of_body = &mut self.structures.bodies[body.index()];
             match built {
                 Ok(Built::Coarse(coarse)) => of_body.coarse = Some(coarse),
-                Ok(Built::Field(field)) => of_body.field = Some(field),
+                Ok(Built::Field(field)) => of_body.field = Some(*field),
                 Ok(Built::Medial(medial)) => of_body.medial = Some(*medial),
                 Err(BuildError::Interrupted(interrupted)) => return Err(interrupted.into()),
                 Err(BuildError::Excluded(reason)) => {
@@ -167,7 +167,8 @@ impl<'a> Builder<'a> {
         let PlanParams { tolerance, margin, .. } = *self.params;
         match task.kind {
             StructureKind::Field => {
-                Ok(Built::Field(BoneField::build(body, tolerance, margin, progress)?))
+                let field = BoneField::build(body, tolerance, margin, progress)?;
+                Ok(Built::Field(Box::new(field)))
             }
             StructureKind::Medial => {
                 let (surface, x) = (body.surface(), body.checked_positions());

@@ -57,9 +57,9 @@ fn check_replaced(file: &[u8], extension: &str, mesh: &Mesh) {
 
 /// Checks that a mesh reads back from a file of a format, corner by corner.
 fn check_written(mesh: &Mesh, format: MeshFormat) {
-    let file = format.encode(&mesh.positions, &mesh.faces);
+    let file = format.encode(&mesh.positions, &mesh.faces, mesh.space);
     let again = parse_mesh(&file, format.extension()).expect("a file of our own");
-    assert_eq!(again.unread, None, "{format:?}");
+    assert_eq!((again.unread, again.space), (None, mesh.space), "{format:?}");
     assert_eq!(again.faces.len(), mesh.faces.len(), "{format:?}");
     for (face, expected) in again.faces.iter().zip(&mesh.faces) {
         for (vertex, expected) in face.iter().zip(expected) {
