@@ -168,34 +168,3 @@ pub(crate) fn normal(contact: usize, normal: DVec3) -> Result<DVec3, ResponseErr
 fn first_not_finite(value: DVec3) -> f64 {
     value.to_array().into_iter().find(|component| !component.is_finite()).unwrap_or(0.0)
 }
-
-#[cfg(all(test, feature = "serde"))]
-mod tests {
-    use serde::Deserialize;
-    use serde::de::value::{Error, MapDeserializer};
-
-    use crate::{Friction, Margins, SpringDamper};
-
-    fn read<'de, T: Deserialize<'de>>(fields: [(&'static str, f64); 2]) -> Result<T, Error> {
-        T::deserialize(MapDeserializer::new(fields.into_iter()))
-    }
-
-    #[test]
-    fn what_is_read_is_checked() {
-        let margins = |proximity| read::<Margins>([("clearance", 0.5), ("proximity", proximity)]);
-        assert_eq!(margins(2.0), Ok(Margins::new(0.5, 2.0).unwrap()));
-        let refused = margins(0.0).unwrap_err().to_string();
-        assert_eq!(refused, "proximity distance is 0, but must be finite and above 0");
-        let spring = |stiffness| read::<SpringDamper>([("stiffness", stiffness), ("damping", 0.0)]);
-        assert!(spring(1.0).is_ok() && spring(-1.0).is_err());
-
-        // An enumeration is a map with one entry.
-        let share = |mu| {
-            let rule = MapDeserializer::new([("Share", mu)].into_iter());
-            Friction::deserialize(serde::de::value::MapAccessDeserializer::new(rule))
-        };
-        let refused: Result<Friction, Error> = share(1.5);
-        assert_eq!(share(0.5), Ok::<_, Error>(Friction::share(0.5).unwrap()));
-        assert!(refused.unwrap_err().to_string().starts_with("friction share is 1.5"));
-    }
-}

@@ -8,6 +8,8 @@ mod cells;
 mod common;
 mod contact_step;
 mod coupled_rows;
+#[cfg(feature = "serde")]
+mod deserialized;
 mod distribution;
 mod mass_ratios;
 mod permanent;
