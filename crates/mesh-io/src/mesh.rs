@@ -25,7 +25,7 @@ pub struct Mesh {
     pub polygons_fanned: usize,
     /// Content of the file behind the end that its header declares.
     pub unread: Option<Unread>,
-    /// Elements of an Abaqus file that are no part of the volume mesh.
+    /// Elements of an Abaqus file that are no part of the mesh.
     pub skipped: Option<SkippedElements>,
     /// Space of the positions, where the file states one.
     pub space: Option<Space>,

@@ -22,7 +22,7 @@ use kdop::Workspace;
 use proximity::{ClosestPoint, FaceBox, FaceBoxes, NearFaces, SurfaceTree};
 use surface::progress::{Interrupted, Polls, Progress};
 use surface::triangle::{quarters, radius_about_center};
-use surface::{NO_EDGE, Pseudonormals, TriangleFeature, triangle};
+use surface::{Pseudonormals, triangle};
 
 use crate::contact_sums::{CellValues, ContactSums, JointContact, collect};
 use crate::error::JointContactError;
@@ -385,14 +385,7 @@ impl<'a> Integral<'a> {
         /// edge.
         const MIN_AREA: f64 = 1e-6;
 
-        let surface = self.other.surface();
-        let face = found.face as usize;
-        let around = match found.foot.feature {
-            TriangleFeature::Face => &[found.face],
-            TriangleFeature::Edge(k) if surface.face_edges()[face][k] == NO_EDGE => return true,
-            TriangleFeature::Edge(k) => surface.edge_faces(surface.face_edges()[face][k]),
-            TriangleFeature::Corner(k) => surface.vertex_faces(surface.faces()[face][k]),
-        };
+        let around = self.other.surface().faces_around(&found.face, found.foot.feature);
         around.iter().any(|&face| {
             let [a, b, c] = self.other.corners(face);
             let squared = [a.distance_squared(b), b.distance_squared(c), c.distance_squared(a)];

@@ -4,8 +4,8 @@
 //! their smaller vertex, so that building is linear and the numbering depends on the faces
 //! alone.
 
-use crate::SurfaceError;
 use crate::csr::Csr;
+use crate::{SurfaceError, TriangleFeature};
 
 /// Placeholder for the missing edge between two equal corners of a face.
 pub const NO_EDGE: u32 = u32::MAX;
@@ -127,6 +127,24 @@ impl TriangleSurface {
     #[must_use]
     pub fn vertex_faces(&self, vertex: u32) -> &[u32] {
         self.vertex_faces.row(vertex)
+    }
+
+    /// Returns the faces that share a feature of a face: itself, or those at its edge or corner. An edge
+    /// between equal corners is the face's alone.
+    ///
+    /// # Panics
+    ///
+    /// When there is no such face.
+    #[must_use]
+    pub fn faces_around<'a>(&'a self, face: &'a u32, feature: TriangleFeature) -> &'a [u32] {
+        let number = *face as usize;
+        match feature {
+            TriangleFeature::Corner(k) => self.vertex_faces(self.faces[number][k]),
+            TriangleFeature::Edge(k) if self.face_edges[number][k] != NO_EDGE => {
+                self.edge_faces(self.face_edges[number][k])
+            }
+            TriangleFeature::Edge(_) | TriangleFeature::Face => std::slice::from_ref(face),
+        }
     }
 
     /// Returns the smallest vertex of each connected component, ascending.
@@ -353,5 +371,17 @@ mod tests {
     fn nothing_is_a_surface() {
         let empty = TriangleSurface::new(0, vec![]).unwrap();
         assert!(empty.edges().is_empty() && empty.faces().is_empty());
+    }
+
+    #[test]
+    fn features_are_shared_by_the_faces_around_them() {
+        let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3], [0, 0, 4]];
+        let surface = TriangleSurface::new(5, faces).expect("valid corners");
+        let around = |face: u32, feature| surface.faces_around(&face, feature).to_vec();
+        assert_eq!(around(1, TriangleFeature::Face), [1]);
+        assert_eq!(around(1, TriangleFeature::Edge(0)), [0, 1], "from 0 to 1");
+        assert_eq!(around(1, TriangleFeature::Edge(2)), [1, 3], "from 3 to 0");
+        assert_eq!(around(1, TriangleFeature::Corner(1)), [0, 1, 2]);
+        assert_eq!(around(4, TriangleFeature::Edge(0)), [4], "of equal corners");
     }
 }

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use kdop::Workspace;
 use proximity::{ClosestPoint, NearVertex, contact};
-use surface::{Contact, NO_EDGE, Pseudonormals, TriangleFeature, triangle};
+use surface::{Contact, Pseudonormals, triangle};
 
 use super::{ContactBody, MedialDetector};
 use crate::surface_distance::is_needle;
@@ -85,15 +85,7 @@ pub(super) fn near_vertex(
 
 /// Returns true if a face at the closest point is so flat that its normal is rounding.
 fn is_beside_needle(on: &ContactBody<'_>, closest: &ClosestPoint) -> bool {
-    let (surface, number) = (on.tree.surface(), closest.face as usize);
-    let faces = match closest.foot.feature {
-        TriangleFeature::Face => std::slice::from_ref(&closest.face),
-        TriangleFeature::Edge(k) => match surface.face_edges()[number][k] {
-            NO_EDGE => return true,
-            edge => surface.edge_faces(edge),
-        },
-        TriangleFeature::Corner(k) => surface.vertex_faces(surface.faces()[number][k]),
-    };
+    let faces = on.tree.surface().faces_around(&closest.face, closest.foot.feature);
     faces.iter().any(|&face| is_needle(on.tree.corners(face)))
 }
 
