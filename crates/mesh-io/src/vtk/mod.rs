@@ -10,6 +10,7 @@
 mod array;
 mod elements;
 mod legacy;
+mod legacy_reader;
 mod piece;
 mod replace;
 mod vti;
