@@ -193,5 +193,11 @@ mod tests {
         search.leave_out(1.05);
         search.leave_out(1.01);
         assert_eq!((search.bounds().lower, search.bounds().upper), (1.0, 1.05));
+
+        // A bound above the slack of 5 % waits, until it is the last.
+        search.add(1.06, ());
+        assert_eq!((search.added(), search.bounds().upper), (1, 1.06));
+        assert_eq!(search.next(), Some((1.06, ())));
+        assert_eq!((search.next(), search.bounds().upper), (None, 1.05));
     }
 }

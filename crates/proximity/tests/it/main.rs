@@ -1,5 +1,7 @@
 //! Tests of proximity queries.
 
+mod brute_force;
+mod contact;
 mod pair;
 mod regions;
 mod surface_tree;

@@ -92,3 +92,47 @@ fn a_body_deeper_inside_than_the_margin_is_near_with_all_of_its_vertices() {
         assert!(near.iter().all(|near| (near.gap + 4.0).abs() < 1e-12), "margin {margin}");
     }
 }
+
+/// Of a cube that stands on another, the vertices on its face are at a distance of 0: within any
+/// margin, and inside of nothing.
+#[test]
+fn vertices_on_a_surface_are_within_a_margin_of_zero() {
+    let floor = tree(shapes::cube(8.0));
+    let mut pair = PairProximity::default();
+    for (height, expected) in [(5.0, 4), (5.0_f64.next_up(), 0)] {
+        let cube = tree(shapes::cube(2.0).translated(DVec3::new(0.25, 0.125, height)));
+        pair.compute(&cube, &floor, 0.0);
+        let near = pair.sides()[0].near();
+        assert_eq!(near.len(), expected, "at {height}");
+        assert!(near.iter().all(|near| near.gap == 0.0 && near.normal == DVec3::Z), "{near:?}");
+        assert!(!pair.overlaps());
+        assert_eq!(pair.has_contact(), expected > 0, "at {height}");
+    }
+}
+
+/// The difference of two points far from the origin is noise where they nearly coincide.
+#[test]
+fn normals_are_those_of_the_face_where_a_vertex_is_on_it_but_for_rounding() {
+    let far = DVec3::new(1e6, -2e6, 3e6);
+    let slope = DVec3::new(1.0, 2.0, 3.0);
+    let plate = shapes::cube(8.0).rotated(slope, 0.1).translated(far);
+    let up = (plate.normal(0)).normalize();
+    let foot = plate.centroid(0);
+    let floor = tree(plate);
+    let mut pair = PairProximity::default();
+    for (height, tolerance) in [(0.0, 1e-9), (1e-3, 1e-5), (0.1, 1e-7)] {
+        let mut tip = shapes::tetrahedron(1.0);
+        let lowest = (0..4).min_by(|i, j| {
+            let [p, q] = [i, j].map(|k| tip.positions[*k].dot(up));
+            p.total_cmp(&q)
+        });
+        let lowest = lowest.expect("a corner");
+        let by = foot + height * up - tip.positions[lowest];
+        tip = tip.translated(by);
+        pair.compute(&tree(tip), &floor, 0.2);
+        let near = pair.sides()[0].near().iter().find(|near| near.vertex as usize == lowest);
+        let near = near.expect("the tip is near");
+        assert!((near.gap - height).abs() < 1e-8, "{near:?}");
+        assert!(near.normal.distance(up) < tolerance, "{height}: {near:?} for {up}");
+    }
+}

@@ -242,3 +242,11 @@ fn points_on_the_surface_are_not_inside() {
         assert_eq!(tree.contains(point, &mut workspace), is_within, "{point}");
     }
 }
+
+/// Three coordinates of 8 bytes per vertex, three numbers of 4 bytes per face, and the tree.
+#[test]
+fn memory_is_that_of_positions_faces_and_tree() {
+    let ball = shapes::icosphere(2.0, 2);
+    let tree = SurfaceTree::new(ball.surface(), ball.positions).expect("finite");
+    assert_eq!(tree.bytes(), 162 * 24 + 320 * 12 + tree.tree().bytes());
+}
