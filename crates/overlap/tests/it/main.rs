@@ -1,6 +1,7 @@
 //! The crate's tests, one binary.
 
 mod anatomy;
+mod clipped;
 mod coincident;
 mod covered;
 mod deepest_point;
