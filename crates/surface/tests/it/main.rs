@@ -4,6 +4,7 @@
 mod closest;
 mod crossing;
 mod inspect;
+mod perturbed;
 mod pseudonormal;
 mod range;
 #[cfg(feature = "serde")]

@@ -5,7 +5,8 @@ use arbitrary::{Result, Unstructured};
 use fixtures::generate::cases;
 use surface::glam::DVec3;
 use surface::{
-    TriangleSurface, closest_on_segment, closest_on_triangle, ray_crosses_triangle, winding_number,
+    TriangleSurface, closest_on_segment, closest_on_triangle, ray_crosses_triangle,
+    ray_crosses_triangle_from_below, winding_number,
 };
 
 use crate::support;
@@ -21,10 +22,13 @@ fn regular() -> [DVec3; 6] {
     [DVec3::X, -DVec3::X, DVec3::Y, -DVec3::Y, DVec3::Z, -DVec3::Z]
 }
 
+/// Direction in which a ray from a point crosses a triangle.
+type Crosses = fn(DVec3, [DVec3; 3]) -> Option<i32>;
+
 /// Sum of the signs of all passages, and whether their number is odd.
-fn passages(surface: &TriangleSurface, x: &[DVec3], p: DVec3) -> (i32, bool) {
+fn passages(surface: &TriangleSurface, x: &[DVec3], p: DVec3, crosses: Crosses) -> (i32, bool) {
     let x = surface.positions(x).expect("finite");
-    let signs = || surface.faces().iter().filter_map(|f| ray_crosses_triangle(p, x.corners(*f)));
+    let signs = || surface.faces().iter().filter_map(|f| crosses(p, x.corners(*f)));
     (signs().sum(), signs().count() % 2 == 1)
 }
 
@@ -50,10 +54,16 @@ fn passages_of_any_closed_surface_sum_to_its_winding_number() {
         let x: Vec<DVec3> = (0..6).map(|_| grid_point(u)).collect::<Result<_>>()?;
         let p = grid_point(u)?;
         let moved = p + DVec3::new(2.0_f64.powi(-12), 2.0_f64.powi(-24), 2.0_f64.powi(-36));
-        let expected = winding(&surface, &x, moved);
-        let (sum, odd) = passages(&surface, &x, p);
-        assert!((f64::from(sum) - expected).abs() < 1e-6, "{sum} {expected}: {x:?} from {p}");
-        assert_eq!(odd, sum % 2 != 0);
+        // Up, and down by as much.
+        for (moved, crosses) in [
+            (moved, ray_crosses_triangle as Crosses),
+            (p - (moved - p), ray_crosses_triangle_from_below),
+        ] {
+            let expected = winding(&surface, &x, moved);
+            let (sum, odd) = passages(&surface, &x, p, crosses);
+            assert!((f64::from(sum) - expected).abs() < 1e-6, "{sum} {expected}: {x:?} from {p}");
+            assert_eq!(odd, sum % 2 != 0);
+        }
         let x = surface.positions(&x).expect("finite");
         let on = |f: &[u32; 3]| closest_on_triangle(p, x.corners(*f)).point == p;
         on_surface += i32::from(surface.faces().iter().any(on));
@@ -75,7 +85,7 @@ fn an_ulp_beside_a_face_decides_the_side() {
         let outward = (on - offset).signum();
         let ulp = 4.0 * f64::EPSILON * on.abs().max(DVec3::ONE);
         for (p, inside) in [(on - outward * ulp, true), (on + outward * ulp, false)] {
-            let (sum, odd) = passages(&surface, &x, p);
+            let (sum, odd) = passages(&surface, &x, p, ray_crosses_triangle);
             assert_eq!((sum, odd), (i32::from(inside), inside), "{p}");
             let winding = winding(&surface, &x, p);
             assert!((winding - f64::from(sum)).abs() < 1e-11, "{winding} at {p}");
