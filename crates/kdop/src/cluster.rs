@@ -16,7 +16,7 @@ pub(crate) const MAX_LEAVES: usize = 8;
 pub(crate) const HALVES: usize = MAX_LEAVES / 4;
 
 /// Run of leaves in tree order, and the points they use.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Cluster {
     /// Position of its first leaf in tree order.
     pub(crate) first_leaf: u32,
@@ -65,7 +65,7 @@ impl Cluster {
 }
 
 /// All clusters of a tree.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Clusters {
     pub(crate) list: Vec<Cluster>,
     /// Points of each cluster without repetition, as numbered by the caller.

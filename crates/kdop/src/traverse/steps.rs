@@ -36,7 +36,8 @@ impl<'a, const S: usize> StepTree<'a, S> {
     /// was refit to its end; `None` for trees of other leaves or another arrangement.
     #[must_use]
     pub fn new(start: &'a DopTree<S>, end: &'a DopTree<S>) -> Option<Self> {
-        let has_one_arrangement = start.leaves == end.leaves;
+        // Nodes follow from the number of leaves.
+        let has_one_arrangement = start.leaves == end.leaves && start.clusters == end.clusters;
         has_one_arrangement.then_some(Self { ends: [start, end] })
     }
 

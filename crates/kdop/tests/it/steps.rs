@@ -137,3 +137,17 @@ fn both_ends_have_one_arrangement() {
     assert!(StepTree::new(&two, &three).is_none());
     assert!(StepTree::new(&two, &two.clone()).is_some());
 }
+
+/// Faces of the same numbers, but on other points, are other leaves.
+#[test]
+fn both_ends_have_the_same_corners() {
+    let points: Vec<DVec3> = (0..6).map(|k| DVec3::X * f64::from(k)).collect();
+    let build = |faces: &[[u32; 3]]| {
+        DopTree::<9>::build(Leaves::Triangles(faces), &points).expect("points")
+    };
+    let start = build(&[[0, 1, 2], [3, 4, 5]]);
+    assert!(StepTree::new(&start, &build(&[[0, 1, 2], [3, 4, 5]])).is_some());
+    for other in [[[0, 1, 2], [2, 4, 5]], [[0, 1, 1], [3, 4, 5]]] {
+        assert!(StepTree::new(&start, &build(&other)).is_none(), "{other:?}");
+    }
+}
