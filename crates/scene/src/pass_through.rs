@@ -2,7 +2,10 @@
 
 use std::collections::BTreeSet;
 
-use crate::{BodyId, ContactKind, PairId, PairReport, PairSweep, Scene, SweepReport, VertexReport};
+use crate::{
+    BodyId, ContactKind, PairId, PairReport, PairSweep, Scene, SweepReport, SweptContact,
+    VertexReport,
+};
 
 /// Contacts of a step between two bodies that neither the state before it nor
 /// the one after it shows.
@@ -11,7 +14,8 @@ use crate::{BodyId, ContactKind, PairId, PairReport, PairSweep, Scene, SweepRepo
 pub struct PassThrough {
     /// The two bodies.
     pub pair: PairId,
-    /// True if the two overlap in neither state, though they met on the way.
+    /// True if the two overlap in neither state, though they met between them: a contact that was there
+    /// at the start, or begins at the end, is one of a state.
     pub overlaps_in_neither: bool,
     /// Particles, ascending, whose path certainly met the other body's surface
     /// though they are inside it in neither state: they went in and out again.
@@ -56,15 +60,21 @@ impl PassThrough {
         }
 
         // Vertices that certainly met the other surface on the way.
-        let mut met = BTreeSet::new();
-        for found in &sweep.contacts {
-            if found.kind == ContactKind::VertexFace && found.certain && !found.at_start {
+        let (mut has_met, mut met) = (false, BTreeSet::new());
+        for found in sweep.contacts.iter().filter(|found| is_between_states(found)) {
+            has_met = true;
+            if found.kind == ContactKind::VertexFace && found.certain {
                 met.insert(found.contact.stencil.terms()[0].particle);
             }
         }
         let particles = met.difference(&inside).copied().collect();
-        Self { pair: sweep.pair, overlaps_in_neither: !overlaps, particles }
+        Self { pair: sweep.pair, overlaps_in_neither: has_met && !overlaps, particles }
     }
+}
+
+/// Returns true for a contact that begins after the first state and before the second one.
+fn is_between_states(found: &SweptContact) -> bool {
+    !found.at_start && found.latest < 1.0
 }
 
 /// Adds the particles of one body that are inside the other.

@@ -168,6 +168,32 @@ fn a_body_that_stays_inside_does_not_pass_through() {
     assert_eq!(report.pass_throughs(&scene, &before, &after), []);
 }
 
+/// A state in which bodies touch shows the touch: only what is met between the states passes through.
+#[test]
+fn bodies_that_touch_in_a_state_do_not_pass_through() {
+    let cube = shapes::cube(1.0);
+    for (from, to, passes) in [
+        (DVec3::X, 2.0 * DVec3::X, false),
+        (2.0 * DVec3::X, DVec3::X, false),
+        (DVec3::X, DVec3::X, false),
+        (2.0 * DVec3::X, -2.0 * DVec3::X, true),
+        (DVec3::X, -2.0 * DVec3::X, true),
+        (DVec3::X, -DVec3::X, true),
+    ] {
+        let [start, end] = [from, to].map(|by| cube.clone().translated(by));
+        let (mut scene, ids) = scene_of(&[&cube, &start]);
+        let params = CheckParams::new(0.0);
+        let before = scene.check(&params, Progress::none()).unwrap();
+        let moves = [moved(ids[1], &end.positions)];
+        let report = scene.sweep(&moves, &ccd::CcdParams::EXACT, Progress::none()).unwrap();
+        assert!(!report.pairs.is_empty(), "{from} to {to}");
+        scene.move_body(ids[1], &end.positions).unwrap();
+        let after = scene.check(&params, Progress::none()).unwrap();
+        let through = report.pass_throughs(&scene, &before, &after);
+        assert_eq!(!through.is_empty(), passes, "{from} to {to}: {through:?}");
+    }
+}
+
 #[test]
 fn contacts_satisfy_their_identity() {
     cases(3, 100, |u| {
