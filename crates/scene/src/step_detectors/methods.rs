@@ -58,9 +58,10 @@ impl StepDetectors {
         pair: PairId,
         reach: f64,
     ) -> Result<Detected, StepError> {
-        let mut is_coarse = [false; 2];
+        // Both surfaces may be off in one place, so that the second has what the first leaves.
+        let (mut is_coarse, mut allowed) = ([false; 2], self.params.tolerance);
         for (id, is_coarse) in pair.bodies().into_iter().zip(&mut is_coarse) {
-            let (body, allowed) = (scene.body(id), self.params.tolerance);
+            let body = scene.body(id);
             let Some(coarse) = &mut self.structures(id).coarse else { continue };
             *is_coarse = true;
             if let Err(source) = coarse.follow(body.positions()) {
@@ -73,6 +74,7 @@ impl StepDetectors {
                 let reason = FallbackReason::CoarseDeviation { body: id, bound, allowed };
                 return Ok(Err(reason));
             }
+            allowed -= bound;
         }
         if is_coarse == [false; 2] {
             return Ok(Err(FallbackReason::NoStructure));

@@ -72,7 +72,8 @@ pub enum FallbackReason {
         /// Distance up to which the balls are trusted.
         allowed: f64,
     },
-    /// The surface of a body may be farther from its coarse surface than the tolerance.
+    /// The surface of a body may be farther from its coarse surface than the tolerance, less the
+    /// deviation of the other body's, where both are coarse.
     CoarseDeviation {
         /// The body.
         body: BodyId,

@@ -6,14 +6,15 @@ use std::time::Duration;
 
 use decimate::{CoarseSurface, Decimation};
 use distance_field::{DistanceField, FieldDetector, FieldParams};
+use fixtures::Mesh;
 use fixtures::shapes::{icosphere, plate};
 use glam::DVec3;
 use medial::{MedialDetector, MedialParams};
 use proximity::SurfaceTree;
 use response::{Friction, Margins, Material, ParticleLoads, SolverParams, StepLength, StepParams};
 use scene::{
-    BodyId, BodyKind, CheckParams, DetectorParams, FallbackReason, PairId, Progress, Scene,
-    SceneStates, SceneStep, StepDetectors, StepMethod,
+    BodyId, BodyKind, CheckParams, DetectorParams, Fallback, FallbackReason, PairId, Progress,
+    Scene, SceneStates, SceneStep, StepDetectors, StepError, StepMethod,
 };
 
 const GRAVITY: f64 = 9810.0;
@@ -266,4 +267,74 @@ fn a_method_without_its_structure_is_reported() {
         let [fallback] = world.detectors.fallbacks() else { panic!("one pair") };
         assert_eq!((fallback.method, fallback.reason), (method, FallbackReason::NoStructure));
     }
+}
+
+/// Two coarse surfaces may both be inside the bodies' own: an overlap of both bodies that is deeper than
+/// the tolerance is in contact, or the pair detected exactly.
+#[test]
+fn two_coarse_surfaces_share_the_tolerance() {
+    let mesh = icosphere(10.0, 4);
+    let meshes = [(DVec3::new(1.0, 2.0, 3.0), 0.125), (DVec3::new(3.0, 1.0, 2.0), 0.2125)]
+        .map(|(axis, turns)| mesh.clone().rotated(axis, turns));
+    for (tolerance, is_exact) in [(0.3, true), (0.6, false)] {
+        let params = DetectorParams { margin: 0.0, tolerance };
+        let mut detectors = StepDetectors::new(params).expect("in range");
+        detectors.set_default_method(StepMethod::Coarse);
+        let (mut scene, mut ids) = (Scene::new(), Vec::new());
+        for (number, mesh) in meshes.iter().enumerate() {
+            let (surface, x) = (mesh.surface(), mesh.positions.clone());
+            let id = scene.add(number.to_string(), BodyKind::Deformable, surface, x);
+            ids.push(id.expect("a ball"));
+            detectors.set_coarse(ids[number], coarse_within(mesh, 0.3));
+        }
+
+        for step in 0..10 {
+            let at = (19.7 - 0.012 * f64::from(step)) * DVec3::X;
+            let x: Vec<DVec3> = meshes[1].positions.iter().map(|p| *p + at).collect();
+            scene.move_body(ids[1], &x).expect("a move");
+            let reports = scene.check(&CheckParams::new(0.0), Progress::none()).expect("a check");
+            let depth = reports[0].max_depth().expect("they overlap").lower;
+            let contacts = count_contacts(&mut scene.clone(), &mut detectors);
+            let fallbacks = detectors.fallbacks();
+            assert!(
+                contacts > 0 || !fallbacks.is_empty() || depth <= tolerance,
+                "{depth} undetected"
+            );
+
+            // The second body is allowed what the first has left.
+            assert_eq!(!fallbacks.is_empty(), is_exact);
+            for Fallback { reason, .. } in fallbacks {
+                let FallbackReason::CoarseDeviation { body, bound, allowed } = *reason else {
+                    panic!("{reason:?}")
+                };
+                assert!(body == ids[1] && bound <= 0.3 && allowed < bound, "{reason:?}");
+            }
+        }
+    }
+}
+
+/// Reduces a mesh within a deviation.
+fn coarse_within(mesh: &Mesh, deviation: f64) -> CoarseSurface {
+    let full = SurfaceTree::new(mesh.surface(), mesh.positions.clone()).expect("small");
+    let decimation = Decimation::new(full, Progress::none()).expect("closed");
+    let reduced = decimation.within(deviation, Progress::none()).expect("reduced");
+    CoarseSurface::new(reduced, decimation.full()).expect("attached")
+}
+
+/// Counts the contacts of the first detection of a step.
+fn count_contacts(scene: &mut Scene, detectors: &mut StepDetectors) -> usize {
+    let mut step = SceneStep::new(Material::hard(Margins::new(0.0, 0.1).expect("in range")));
+    let mut x = scene.particle_positions();
+    let (mut v, inverse_mass) = (vec![DVec3::ZERO; x.len()], vec![1.0; x.len()]);
+    let loads = ParticleLoads::None;
+    let states = SceneStates { x: &mut x, v: &mut v, loads, inverse_mass: &inverse_mass };
+    let params = StepParams::new(StepLength::new(H).expect("positive"));
+    let mut first = None;
+    let corrected = step.correct(scene, states, &params, |scene, contacts| {
+        detectors.detect(scene, contacts)?;
+        first.get_or_insert(contacts.len());
+        Ok::<(), StepError>(())
+    });
+    corrected.expect("a step");
+    first.unwrap_or(0)
 }
