@@ -105,7 +105,7 @@ impl Plan {
                 }
                 None => {
                     let mut detector = PairDetector::new(pair);
-                    detector.detect_exactly(pair, frame);
+                    detector.detect_exactly(pair, frame)?;
                     meter.add(refit + detector.operations);
                     others.push(detector);
                 }
@@ -151,11 +151,14 @@ impl Plan {
         detector.last = Some(LastDepth { upper: detector.found.depth.upper, traveled });
     }
 
-    /// Lists all pairs with bounds on their depths, deepest first.
+    /// Lists all pairs that are not ignored with bounds on their depths, deepest first.
     fn waiting(&self, scene: &Scene, unplanned: &[PairId]) -> Vec<Waiting> {
         let mut waiting = Vec::new();
         for (place, detector) in self.detectors.iter().enumerate() {
             let pair = detector.found.pair;
+            if scene.is_ignored(pair) {
+                continue;
+            }
             let upper = self.max_depth(scene, pair, detector.last);
             waiting.push(Waiting { pair, place: Some(place), upper });
         }
@@ -179,10 +182,13 @@ impl Plan {
         let by_boxes = max_depth_by_boxes(scene, pair, boxes);
         let Some(last) = last else { return by_boxes };
 
-        // The last bound, and what both bodies have moved since.
+        // The last bound, and what both bodies have moved since, rounded up.
         let mut upper = last.upper;
         for (id, traveled) in pair.bodies().into_iter().zip(last.traveled) {
-            upper += motion[id.index()].traveled - traveled;
+            let way = motion[id.index()].traveled - traveled;
+            if way > 0.0 {
+                upper = (upper + way.next_up()).next_up();
+            }
         }
         upper.min(by_boxes)
     }

@@ -23,6 +23,8 @@ impl Plan {
     ///
     /// - [`PlanError::OtherScene`] when the scene has other bodies than planned.
     /// - [`PlanError::NoPose`] where a rigid body with a field was not moved by its pose.
+    /// - [`PlanError::Parameter`] where bodies come near each other so far out that distances there are
+    ///   rounded by more than the tolerance allows.
     /// - [`PlanError::Scene`] when a body is too large to build bounds for.
     pub fn detect(&mut self, scene: &mut Scene, out: &mut Detection) -> Result<(), PlanError> {
         self.check_scene(scene)?;
@@ -93,10 +95,10 @@ impl Plan {
         let frame = Frame::new(scene, &self.structures, &self.params);
         let detectors = parallel::map(pairs.len(), |i| {
             let mut detector = PairDetector::new(pairs[i]);
-            detector.detect_exactly(pairs[i], frame);
-            detector
+            detector.detect_exactly(pairs[i], frame).map(|()| detector)
         });
         for detector in detectors {
+            let detector = detector?;
             out.add(&detector.found, &detector.contacts);
         }
         Ok(())

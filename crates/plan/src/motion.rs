@@ -11,7 +11,7 @@ pub(crate) struct BodyMotion {
     positions: Vec<DVec3>,
     /// Box around them.
     pub(crate) bounds: Aabb,
-    /// Sum over the frames of the largest displacement of a vertex.
+    /// Sum over the frames of the largest displacement of a vertex, rounded up.
     pub(crate) traveled: f64,
 }
 
@@ -57,7 +57,12 @@ impl BodyMotion {
             *last = now;
         }
         self.bounds = bounds;
-        self.traveled += max_squared.sqrt();
+
+        // A way that is far shorter than all before it counts, too.
+        if max_squared > 0.0 {
+            let way = max_squared.sqrt() * (1.0 + 4.0 * f64::EPSILON);
+            self.traveled = (self.traveled + way).next_up();
+        }
     }
 }
 

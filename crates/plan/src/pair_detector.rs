@@ -12,7 +12,7 @@ use crate::bone_field::MAX_DEPTH;
 use crate::compared::ComparedSurface;
 use crate::cost::{count, far_share};
 use crate::motion::LastDepth;
-use crate::rounding::rounding;
+use crate::rounding::{check_pair_rounding, rounding};
 use crate::structures::Structures;
 use crate::surface_depth::{Compared, FoundDepth, SurfaceDepth};
 use crate::{
@@ -87,16 +87,20 @@ impl PairDetector {
                 if is_coarse == [false; 2] {
                     self.found.method = DetectionMethod::Exact;
                 }
-                self.detect_by_surfaces(planned.pair, is_coarse, frame);
+                self.detect_by_surfaces(planned.pair, is_coarse, frame)?;
             }
         }
         Ok(())
     }
 
     /// Detects a pair by the surfaces of both bodies as they are.
-    pub(crate) fn detect_exactly(&mut self, pair: PairId, frame: Frame<'_>) {
+    pub(crate) fn detect_exactly(
+        &mut self,
+        pair: PairId,
+        frame: Frame<'_>,
+    ) -> Result<(), PlanError> {
         self.clear(DetectionMethod::Exact);
-        self.detect_by_surfaces(pair, [false; 2], frame);
+        self.detect_by_surfaces(pair, [false; 2], frame)
     }
 
     /// Returns the number of vertices of each body that were projected to the other one.
@@ -117,24 +121,31 @@ impl PairDetector {
     }
 
     /// Detects two surfaces, each whole or coarse.
-    fn detect_by_surfaces(&mut self, pair: PairId, is_coarse: [bool; 2], frame: Frame<'_>) {
+    fn detect_by_surfaces(
+        &mut self,
+        pair: PairId,
+        is_coarse: [bool; 2],
+        frame: Frame<'_>,
+    ) -> Result<(), PlanError> {
         let Frame { scene, structures, margin, tolerance, far_share } = frame;
         let bodies = pair.bodies();
         let [a, b] = [0, 1].map(|i| structures.compared(scene, bodies[i], is_coarse[i]));
-        let [Some(a), Some(b)] = [a, b] else { return };
+        let [Some(a), Some(b)] = [a, b] else { return Ok(()) };
         let deviations = structures.deviations(pair, is_coarse);
 
         // What is apart by its bounds is as deep as the surfaces deviate, at most.
         if !are_near(&a, &b, margin) {
             self.found.depth.upper = deviations[0] + deviations[1];
-            return;
+            return Ok(());
         }
+        check_pair_rounding([a.tree, b.tree], tolerance)?;
         self.surfaces.compute(a.tree, b.tree, margin);
         self.extend_contacts(0, [&a, &b]);
         self.extend_contacts(1, [&b, &a]);
         self.found.min_gap = self.surfaces.min_gap();
         self.count_surfaces([&a, &b], far_share);
         self.measure_depth(Compared { bodies: [a.tree, b.tree], deviations }, tolerance);
+        Ok(())
     }
 
     /// Measures the depth of the compared surfaces.
@@ -192,6 +203,7 @@ impl PairDetector {
         if !are_near(&bone, &side, margin) {
             return Ok(());
         }
+        check_pair_rounding([bone.tree, side.tree], tolerance)?;
 
         // Deep points are projected to the bone itself: there the field has no proved bound.
         self.field.compute(detector, &state, side.tree, side.contact.particles);

@@ -1,7 +1,7 @@
 //! Rounding of distances between bodies, below which no depth is proved.
 
 use proximity::SurfaceTree;
-use response::ParameterError;
+use response::{ParameterError, parameter};
 use scene::Scene;
 
 /// Roundings of a coordinate that a distance may be off by.
@@ -27,11 +27,25 @@ pub(crate) fn rounding(bodies: [&SurfaceTree; 2]) -> f64 {
 
 /// Checks that depths can be proved within a tolerance where the bodies are.
 pub(crate) fn check_rounding(scene: &Scene, tolerance: f64) -> Result<(), ParameterError> {
-    if tolerance >= SEARCHED_ROUNDINGS * rounding_at(scene.largest_coordinate()) {
-        return Ok(());
-    }
+    check_tolerance(tolerance, SEARCHED_ROUNDINGS * rounding_at(scene.largest_coordinate()))
+}
+
+/// Checks that depths of two bodies can be proved within a tolerance where they are.
+pub(crate) fn check_pair_rounding(
+    bodies: [&SurfaceTree; 2],
+    tolerance: f64,
+) -> Result<(), ParameterError> {
+    /// Bounds in single precision are larger than coordinates by less than this share.
+    const WIDENING: f64 = 1e-6;
+
+    let least = SEARCHED_ROUNDINGS * (1.0 - WIDENING) * rounding(bodies);
+    check_tolerance(tolerance, least)
+}
+
+/// Checks that a tolerance is not below the least that can be proved.
+fn check_tolerance(tolerance: f64, least: f64) -> Result<(), ParameterError> {
     let range = "at least the rounding of distances between the largest coordinates";
-    Err(ParameterError { name: "tolerance", value: tolerance, range })
+    parameter("tolerance", tolerance, range, tolerance >= least).map(|_| ())
 }
 
 /// Returns a bound on the rounding of distances where coordinates are up to `size`.

@@ -44,7 +44,7 @@ impl Workload {
             steps.advance(1)?;
             let pair = pairs[number].pair;
             let mut detector = PairDetector::new(pair);
-            detector.detect_exactly(pair, frame);
+            detector.detect_exactly(pair, frame)?;
             Ok(Self::of(scene, &detector, params.tolerance, far_share))
         });
         counted.into_iter().collect()

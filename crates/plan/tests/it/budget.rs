@@ -109,6 +109,37 @@ fn a_clock_ends_a_frame_after_the_pair_under_way() {
 }
 
 #[test]
+fn a_pair_that_is_ignored_later_is_not_left_out() {
+    let (mut scene, ids) = row(3);
+    let mut plan = plan(&mut scene, &PlanParams::with_tolerance(0.5));
+    scene.ignore(ids[0], ids[1]);
+    for budget in [Duration::ZERO, Duration::from_secs(3600)] {
+        let detection = detect_within(&mut plan, &mut scene, FrameBudget::Operations(budget));
+        let found = detection.pairs().iter().map(|found| found.pair);
+        let left_out = detection.left_out().iter().map(|left_out| left_out.pair);
+        let pairs: Vec<PairId> = found.chain(left_out).collect();
+        assert_eq!(pairs, [PairId::new(ids[1], ids[2])], "{budget:?}");
+    }
+}
+
+/// A way is not lost in the sum of a far longer one.
+#[test]
+fn bounds_hold_for_bodies_that_went_far_and_came_back() {
+    let (mut scene, ids) = row(2);
+    let params = PlanParams { max_displacement: f64::INFINITY, ..PlanParams::with_tolerance(0.1) };
+    let mut plan = plan(&mut scene, &params);
+    let home = scene.body(ids[1]).positions().to_vec();
+    let all = Duration::from_secs(3600);
+    for (at, budget) in [(1e20, all), (10.0, all), (0.0, Duration::ZERO)] {
+        let x: Vec<DVec3> = home.iter().map(|p| *p + at * DVec3::X).collect();
+        scene.move_body(ids[1], &x).expect("a move");
+        let detection = detect_within(&mut plan, &mut scene, FrameBudget::Operations(budget));
+        assert_bounds_hold(&mut scene, &detection, 0.4);
+        assert_eq!(detection.left_out().len(), usize::from(budget.is_zero()));
+    }
+}
+
+#[test]
 fn a_budget_in_operations_gives_the_same_bits_for_any_number_of_threads() {
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();

@@ -5,7 +5,10 @@ use std::time::Duration;
 use fixtures::Mesh;
 use fixtures::shapes::icosphere;
 use glam::DVec3;
-use plan::{Detection, DetectionMethod, ForcedMethod, Plan, PlanError, PlanParams, RespondParams};
+use plan::{
+    Detection, DetectionMethod, ForcedMethod, FrameBudget, Plan, PlanError, PlanParams,
+    RespondParams,
+};
 use scene::{BodyKind, PairId, Scene, SceneError};
 use surface::SimplexSurface;
 use surface::progress::Progress;
@@ -195,5 +198,35 @@ fn tolerances_below_the_rounding_of_coordinates_are_refused() {
         plan.detect(&mut scene, &mut detection).expect("a detection");
         let [found] = detection.pairs() else { panic!("one pair") };
         assert!(found.depth.upper - found.depth.lower <= 2.0 * plan.pairs()[0].accuracy.bound);
+    }
+}
+
+/// Bodies that meet where the tolerance is below the rounding of distances; those far from all others
+/// are no matter.
+#[test]
+fn frames_in_which_rounding_exceeds_the_tolerance_are_refused() {
+    let balls = [icosphere(1.0, 1), icosphere(1.0, 1).translated(1.5 * DVec3::X)];
+    let mut scene = Scene::new();
+    let mut ids = Vec::new();
+    for (number, ball) in balls.iter().enumerate() {
+        let (surface, x) = (ball.surface(), ball.positions.clone());
+        ids.push(scene.add(number.to_string(), BodyKind::Deformable, surface, x).expect("a ball"));
+    }
+    let mut plan = plan(&mut scene, &PlanParams::with_tolerance(1e-3));
+    let mut detection = Detection::default();
+    let (mut budget, far) = (FrameBudget::Operations(Duration::from_secs(3600)), 1e12 * DVec3::X);
+    for (number, is_refused) in [(0, false), (1, true)] {
+        let x: Vec<DVec3> = balls[number].positions.iter().map(|p| *p + far).collect();
+        scene.move_body(ids[number], &x).expect("a move");
+        for found in [
+            plan.detect(&mut scene, &mut detection),
+            plan.detect_within(&mut scene, &mut budget, &mut detection),
+        ] {
+            let name = match found {
+                Err(PlanError::Parameter(error)) => Some(error.name),
+                other => other.map(|()| None).expect("no other error"),
+            };
+            assert_eq!(name, is_refused.then_some("tolerance"));
+        }
     }
 }
