@@ -10,11 +10,15 @@
 //! an inside.
 
 use std::collections::BTreeMap;
+use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
-use kdop::Workspace;
+use kdop::{Dop18, Workspace};
 use surface::progress::Progress;
-use surface::{NO_EDGE, Pseudonormals, TriangleFeature, TriangleSurface};
+use surface::{
+    NO_EDGE, Pseudonormals, TriangleFeature, TriangleSurface, closest_on_segment,
+    closest_on_triangle, triangle,
+};
 
 use crate::SurfaceTree;
 use crate::crossings::Crossings;
@@ -128,12 +132,89 @@ fn side_of_open(
     workspace: &mut Workspace,
 ) -> Option<Side> {
     let found = open.closest_point(point, f64::INFINITY, None, workspace)?;
-    if is_on_border(open.surface(), found.face, found.foot.feature) {
+    let (surface, feature) = (open.surface(), found.foot.feature);
+    if is_on_border(surface, found.face, feature) {
         return None;
     }
-    let height = normals.signed_distance(open.surface(), point, found.face, &found.foot);
+
+    // Faces without area join others whose normals count together.
+    let normal = match thickness_of_thin_faces(open, found.face, feature) {
+        Some(thickness) => normal_of_place(open, found.foot.point, thickness, workspace),
+        None => normals.at(surface, found.face, feature),
+    };
+    let height = (point - found.foot.point).dot(normal);
     let side = if height > 0.0 { Side::Front } else { Side::Back };
     (height != 0.0).then_some(side)
+}
+
+/// Returns the largest height of the faces around a feature that are too thin to have a certain normal;
+/// `None` without any.
+fn thickness_of_thin_faces(open: &SurfaceTree, face: u32, feature: TriangleFeature) -> Option<f64> {
+    /// Area of a face whose normal is right to ten digits, relative to the square of its longest edge.
+    const MIN_AREA: f64 = 1e-6;
+
+    let mut thickness: Option<f64> = None;
+    for &face in open.surface().faces_around(&face, feature) {
+        let corners = open.corners(face);
+        let (area, longest) = (triangle::area(corners), longest_edge(corners));
+        if area <= MIN_AREA * longest * longest {
+            let height = if longest > 0.0 { 2.0 * area / longest } else { 0.0 };
+            thickness = Some(thickness.map_or(height, |thickness| thickness.max(height)));
+        }
+    }
+    thickness
+}
+
+/// Computes the sum of the normals of all faces at a place, within a thickness, each weighted by the
+/// angle that the face takes there. Faces without area take none of their own.
+fn normal_of_place(
+    open: &SurfaceTree,
+    place: DVec3,
+    thickness: f64,
+    workspace: &mut Workspace,
+) -> DVec3 {
+    /// Rounding of a foot, in units of its largest coordinate, with room to spare.
+    const ROUNDING: f64 = 64.0 * f64::EPSILON;
+
+    let within = 2.0 * thickness + ROUNDING * place.abs().max_element();
+    let mut faces = Vec::new();
+    let bounds = Dop18::from_points(&[place]).inflated(within);
+    open.tree().query(&bounds, workspace, |face| faces.push(face));
+    faces.sort_unstable();
+
+    let mut sum = DVec3::ZERO;
+    for face in faces {
+        let corners = open.corners(face);
+        if closest_on_triangle(place, corners).point.distance(place) <= within {
+            sum += angle_at(corners, place, within) * triangle::unit_normal(corners);
+        }
+    }
+    sum
+}
+
+/// Returns the angle that a triangle takes about a place on it, up to a distance; 0 for a triangle that
+/// is no wider than that.
+fn angle_at(corners: [DVec3; 3], place: DVec3, within: f64) -> f64 {
+    if 2.0 * triangle::area(corners) <= 2.0 * within * longest_edge(corners) {
+        return 0.0;
+    }
+    for k in 0..3 {
+        let [at, next, last] = [0, 1, 2].map(|i| corners[(k + i) % 3]);
+        if at.distance(place) <= within {
+            return (next - at).angle_between(last - at);
+        }
+    }
+    for k in 0..3 {
+        let edge = [corners[k], corners[(k + 1) % 3]];
+        if closest_on_segment(place, edge).point.distance(place) <= within {
+            return PI;
+        }
+    }
+    TAU
+}
+
+fn longest_edge([a, b, c]: [DVec3; 3]) -> f64 {
+    a.distance(b).max(b.distance(c)).max(c.distance(a))
 }
 
 fn is_on_border(surface: &TriangleSurface, face: u32, feature: TriangleFeature) -> bool {

@@ -88,3 +88,41 @@ fn an_uncut_surface_is_one_region() {
     sheet.set_positions(inside).expect("finite positions");
     assert_eq!(sides(&sheet, &ball, |_, _| true), [Side::Inside]);
 }
+
+/// A roof whose slopes meet at a ridge that a face without area fills: the corner in the middle of the
+/// ridge is one of the left slope alone.
+#[test]
+fn a_ridge_beside_a_face_without_area_has_both_slopes() {
+    let roof = Mesh {
+        positions: [
+            [0.0, -10.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [0.0, 10.0, 0.0],
+            [-10.0, -10.0, -30.0],
+            [-10.0, 10.0, -30.0],
+            [10.0, -10.0, -30.0],
+            [10.0, 10.0, -30.0],
+        ]
+        .map(DVec3::from)
+        .to_vec(),
+        faces: vec![[0, 1, 3], [1, 4, 3], [1, 2, 4], [2, 0, 5], [2, 5, 6], [0, 2, 1]],
+    };
+    // From below a slope to in front of the ridge: nearest to it are the corners above.
+    let strip = Mesh {
+        positions: [[2.5, 0.5, 1.0], [2.5, -0.5, 1.0], [0.3, 0.0, -4.0], [6.0, 0.0, 3.0]]
+            .map(DVec3::from)
+            .to_vec(),
+        faces: vec![[0, 1, 2], [1, 0, 3]],
+    };
+    for order in 0..roof.faces.len() {
+        for mirrored in [false, true] {
+            let mut roof = roof.clone();
+            roof.faces.rotate_left(order);
+            let sign = DVec3::new(if mirrored { -1.0 } else { 1.0 }, 1.0, 1.0);
+            let strip = tree(strip.clone().scaled(sign));
+            let found = regions(&strip, &open(roof));
+            let [region] = &found[..] else { panic!("one face is not cut: {found:?}") };
+            assert_eq!(region.side, Side::Front, "{order} {mirrored}");
+        }
+    }
+}
