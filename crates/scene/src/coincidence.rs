@@ -87,7 +87,8 @@ fn area(body: &SurfaceTree) -> f64 {
 fn sorted_faces(body: &SurfaceTree) -> Vec<[DVec3; 3]> {
     let mut faces = Vec::with_capacity(body.surface().faces().len());
     for &face in body.surface().faces() {
-        let mut corners = body.positions().corners(face);
+        // A coordinate of 0 has one sign.
+        let mut corners = body.positions().corners(face).map(|corner| corner + DVec3::ZERO);
         corners.sort_by(compare);
         faces.push(corners);
     }

@@ -81,6 +81,14 @@ fn a_body_given_twice_is_named() {
     assert!((volume(&report) / a.volume() - 1.0).abs() < 1e-9);
     assert!(depth(&report) < 1e-9);
 
+    // Coordinates of 0 have either sign, as files write them.
+    let mut signed = other.clone();
+    for x in signed.positions.iter_mut().step_by(2) {
+        *x = -(DVec3::ZERO - *x);
+    }
+    assert!(signed.positions.iter().any(|x| x.x == 0.0 && x.x.is_sign_negative()));
+    assert_eq!(self::report(&a, &signed).coincidence, Some(Coincidence::SameMesh));
+
     // A vertex apart is another mesh.
     other.positions[7] *= 1.001;
     assert_eq!(self::report(&a, &other).coincidence, None);
