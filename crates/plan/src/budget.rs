@@ -101,6 +101,7 @@ impl Plan {
                     is_detected[place] = true;
                     let seconds = meter.add(refit + detector.operations);
                     self.pairs[place].measured_seconds = seconds;
+                    self.count_operations(place);
                     self.remember(place);
                 }
                 None => {
@@ -111,6 +112,8 @@ impl Plan {
                 }
             }
         }
+
+        self.frame_count += 1;
 
         // Results in the order of the plan, whatever the order of detection was.
         for (detector, is_detected) in self.detectors.iter().zip(is_detected) {

@@ -41,7 +41,10 @@ impl Plan {
         for detector in &self.detectors {
             out.add(&detector.found, &detector.contacts);
         }
-        self.count_operations();
+        for place in 0..self.pairs.len() {
+            self.count_operations(place);
+        }
+        self.frame_count += 1;
         self.remember_all(scene);
 
         // Pairs of bodies that have left the bounds which keep them apart.
@@ -49,15 +52,14 @@ impl Plan {
         if out.out_of_range.is_empty() { Ok(()) } else { self.detect_unplanned(scene, out) }
     }
 
-    /// Updates the operations of each pair by those of the last frame: in place of predicted ones
-    /// after the first frame, by a share of them later.
-    fn count_operations(&mut self) {
-        let share = if self.frame_count == 0 { 1.0 } else { UPDATE };
-        for (planned, detector) in self.pairs.iter_mut().zip(&self.detectors) {
-            planned.operations = planned.operations.lerp(detector.operations, share);
-            planned.cost = self.params.machine_factor * planned.operations.seconds();
-        }
-        self.frame_count += 1;
+    /// Updates the operations of a pair by those of its last detection: in place of predicted ones
+    /// after the first one, by a share of them later.
+    pub(crate) fn count_operations(&mut self, place: usize) {
+        let (planned, detector) = (&mut self.pairs[place], &mut self.detectors[place]);
+        let share = if detector.is_counted { UPDATE } else { 1.0 };
+        detector.is_counted = true;
+        planned.operations = planned.operations.lerp(detector.operations, share);
+        planned.cost = self.params.machine_factor * planned.operations.seconds();
     }
 
     /// Lists the bodies that have left the bounds within which unplanned pairs stay apart.

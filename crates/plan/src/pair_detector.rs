@@ -31,6 +31,8 @@ pub(crate) struct PairDetector {
     pub(crate) found: PairDetection,
     /// Operations of the last detection.
     pub(crate) operations: OperationCounts,
+    /// True once the operations of a frame are counted.
+    pub(crate) is_counted: bool,
     /// Bound on the depth of the last detection, in frames under a budget.
     pub(crate) last: Option<LastDepth>,
 }
@@ -64,6 +66,7 @@ impl PairDetector {
             contacts: Vec::new(),
             found: apart(pair),
             operations: OperationCounts::default(),
+            is_counted: false,
             last: None,
         }
     }

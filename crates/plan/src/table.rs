@@ -68,7 +68,7 @@ impl Plan {
         writeln!(f, "{:>9}         {:>9} {:>9}", "bound", "measured", "µs")?;
         let mut folded = 0;
         for (planned, detector) in self.pairs.iter().zip(&self.detectors) {
-            if self.frame_count > 0 && detector.holds_nothing() {
+            if detector.is_counted && detector.holds_nothing() {
                 folded += 1;
                 continue;
             }

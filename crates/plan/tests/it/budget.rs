@@ -122,6 +122,32 @@ fn a_pair_that_is_ignored_later_is_not_left_out() {
     }
 }
 
+/// Frames under a budget count as others, and so do the operations of the pairs that they detect.
+#[test]
+fn frames_under_a_budget_are_counted() {
+    let (mut scene, ids) = row(3);
+    let params = PlanParams { frames: 100, ..PlanParams::with_tolerance(0.5) };
+    let [mut whole, mut within] = [plan(&mut scene, &params), plan(&mut scene, &params)];
+    shift(&mut scene, ids[2], -1.5);
+    for (frames, budget) in [(2, 3600), (3, 0)] {
+        let predicted = within.operations();
+        for _ in 0..frames {
+            let budget = FrameBudget::Operations(Duration::from_secs(budget));
+            detect_within(&mut within, &mut scene, budget);
+        }
+        match budget {
+            0 => assert_eq!(within.operations(), predicted),
+            _ => {
+                crate::detect(&mut whole, &mut scene);
+                crate::detect(&mut whole, &mut scene);
+                assert_eq!(within.operations(), whole.operations());
+            }
+        }
+    }
+    within.revise(&mut scene, Progress::none()).expect("a choice");
+    assert_eq!(within.params().frames, 95);
+}
+
 /// A way is not lost in the sum of a far longer one.
 #[test]
 fn bounds_hold_for_bodies_that_went_far_and_came_back() {
