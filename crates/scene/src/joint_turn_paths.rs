@@ -69,8 +69,13 @@ impl JointTurns {
     /// Returns the path of the last turn after the first two.
     #[must_use]
     pub fn path(&self, angles: [f64; 2]) -> RigidPath {
+        self.path_to(angles, self.to)
+    }
+
+    /// Returns the path of the last turn up to an angle in radians.
+    fn path_to(&self, angles: [f64; 2], to: f64) -> RigidPath {
         let axis = self.map(angles).transform_vector3(self.axes[2]);
-        RigidPath::turn(self.center, axis, self.to)
+        RigidPath::turn(self.center, axis, to)
     }
 }
 
@@ -162,9 +167,7 @@ impl JointScene {
 
     /// Turns bodies by all three angles; returns the first pair that overlaps there.
     fn first_overlap(&mut self, angles: [f64; 2], last: f64) -> Result<Option<PairId>, SceneError> {
-        let (map, path) = (self.turns.map(angles), self.turns.path(angles));
-        let share = if self.turns.to == 0.0 { 0.0 } else { last / self.turns.to };
-        let map = path.map(share) * map;
+        let map = self.turns.path_to(angles, last).map(1.0) * self.turns.map(angles);
         for (body, rest) in &self.turning {
             let x: Vec<DVec3> = rest.iter().map(|&x| map.transform_point3(x)).collect();
             self.scene.move_body(*body, &x)?;

@@ -1,9 +1,14 @@
 //! Swept detection of bodies that turn, against closed forms and dense samples of static detection.
 
+use std::f64::consts::FRAC_PI_2;
+
 use fixtures::generate::cases;
 use fixtures::{Mesh, shapes};
 use glam::{DQuat, DVec3};
-use scene::{BodyId, BodyKind, BodyMove, CheckParams, PathMove, Progress, Scene, SceneError};
+use scene::{
+    BodyId, BodyKind, BodyMove, CheckParams, JointScene, JointTurns, PathMove, Progress, Scene,
+    SceneError,
+};
 use surface::{NearRigidPath, Path, Pose, RigidPath, StraightPath};
 
 use crate::support::{scene_of, share, vector};
@@ -226,5 +231,21 @@ fn rigid_bodies_that_come_within_the_separation_meet() {
         let moves = [PathMove { body: cube, path: &path }];
         let report = scene.sweep_paths(&moves, &params, Progress::none()).expect("a swept step");
         assert_eq!(report.largest_free_step < 1.0, meets, "{min_separation}: {report:?}");
+    }
+}
+
+/// The last turn of a state is its own, whatever the one is that contacts are searched for.
+#[test]
+fn states_of_a_joint_turn_by_their_own_angles() {
+    let rod = cuboid(DVec3::new(1.0, -0.1, -0.1), DVec3::new(3.0, 0.1, 0.1));
+    let wall = cuboid(DVec3::new(-0.5, 1.5, -0.5), DVec3::new(0.5, 2.5, 0.5));
+    for to in [0.0, 1.0, -2.0] {
+        let (scene, ids) = scene_of(&[&rod, &wall]);
+        let turns = JointTurns { center: DVec3::ZERO, axes: [DVec3::X, DVec3::Y, DVec3::Z], to };
+        let mut joint = JointScene::new(scene, &ids[..1], turns).expect("small");
+        for (last, overlaps) in [(FRAC_PI_2, true), (0.0, false), (-FRAC_PI_2, false)] {
+            let found = joint.overlaps([0.0; 2], last).expect("finite");
+            assert_eq!(found, overlaps, "{last} of {to}");
+        }
     }
 }
