@@ -18,7 +18,7 @@ type Mesh<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<u32>>);
 /// Level of the frame that warnings are of: that which calls the package.
 const CALLER: i32 = 2;
 
-/// Reads a PLY, OBJ, STL, VTP, VTU, VTK, MSH or INP file, and warns of what it holds beside the mesh.
+/// Reads a PLY, OBJ, OFF, STL, VTP, VTU, VTK, MSH or INP file, and warns of what it holds beside the mesh.
 #[pyfunction]
 pub(crate) fn read_mesh(py: Python<'_>, path: PathBuf) -> PyResult<Mesh<'_>> {
     let mesh = py.detach(|| mesh_io::read_mesh(&path)).map_err(unreadable)?;
@@ -41,7 +41,7 @@ pub(crate) fn write_mesh(
 ) -> PyResult<()> {
     let Some(format) = MeshFormat::of(&path) else {
         let shown = path.display();
-        return Err(unreadable(format!("{shown}: expected .ply, .obj, .stl or .vtp")));
+        return Err(unreadable(format!("{shown}: expected .ply, .obj, .off, .stl or .vtp")));
     };
     let (positions, corners) = (points(&vertices)?, corners(&faces)?);
     py.detach(|| {

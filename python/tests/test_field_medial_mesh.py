@@ -72,7 +72,7 @@ def test_a_medial_surface_fills_its_surface():
         medial.generate([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], balls=3)
 
 
-@pytest.mark.parametrize("extension", ["ply", "obj", "stl", "vtp"])
+@pytest.mark.parametrize("extension", ["ply", "obj", "off", "stl", "vtp"])
 def test_meshes_survive_files(tmp_path, extension):
     mesh = box((0, 0, 0), (1, 2, 3))
     path = tmp_path / f"box.{extension}"

@@ -182,7 +182,7 @@ BAD_CALLS = {
             "large numbers": (CUBE.vertices * 1e300, CUBE.faces),
             "no faces": (CUBE.vertices, []),
         }.items()
-        for extension in ("ply", "obj", "stl", "vtp")
+        for extension in ("ply", "obj", "off", "stl", "vtp")
     },
     "write_mesh: corner": lambda: write_mesh("cube.ply", CUBE.vertices, [[0, 1, 99]]),
     "from_trimesh": lambda: from_trimesh(5),

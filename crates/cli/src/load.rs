@@ -23,8 +23,8 @@ use crate::terminal;
 /// Arguments that name the bodies of a scene.
 #[derive(Debug, Args)]
 pub(crate) struct SceneArguments {
-    /// Scene file (.toml), or mesh files: PLY, OBJ, STL or VTP; volume meshes and surfaces: VTU, VTK, MSH or
-    /// INP
+    /// Scene file (.toml), or mesh files: PLY, OBJ, OFF, STL or VTP; volume meshes and surfaces: VTU,
+    /// VTK, MSH or INP
     #[arg(required = true, value_name = "SCENE.toml | MESH")]
     pub(crate) inputs: Vec<PathBuf>,
 

@@ -4,6 +4,7 @@
 //! |---|---|---|---|
 //! | PLY | mesh, ASCII or binary | yes | [`MeshFormat::encode`] |
 //! | OBJ | mesh | yes | [`MeshFormat::encode`] |
+//! | OFF | mesh, text | yes | [`MeshFormat::encode`] |
 //! | STL | mesh, ASCII or binary | yes | [`MeshFormat::encode`] |
 //! | VTP | mesh, every encoding of VTK | yes | [`write_vtp`], with values per vertex; [`write_vtp_cells`] |
 //! | VTU | volume mesh or surface, every encoding of VTK | yes | [`write_vtu`], with values per node |
@@ -48,6 +49,7 @@ mod mesh_format;
 mod msh;
 mod nrrd;
 mod obj;
+mod off;
 mod osim;
 mod osim_frames;
 mod osim_values;

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use crate::text::split_mark;
 use crate::vtk::{is_legacy, parse_legacy, parse_vtp, parse_vtu, write_vtp};
-use crate::{Mesh, ReadError, Space, extension, inp, msh, obj, ply, stl};
+use crate::{Mesh, ReadError, Space, extension, inp, msh, obj, off, ply, stl};
 
 /// File format of a triangle mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,6 +14,8 @@ use crate::{Mesh, ReadError, Space, extension, inp, msh, obj, ply, stl};
 pub enum MeshFormat {
     /// Wavefront OBJ.
     Obj,
+    /// Object file format, of Geomview.
+    Off,
     /// Stanford polygon file.
     Ply,
     /// Stereolithography.
@@ -27,7 +29,7 @@ pub enum MeshFormat {
 const VTK_TAG_WITHIN: usize = 1024;
 
 impl MeshFormat {
-    const ALL: [Self; 4] = [Self::Obj, Self::Ply, Self::Stl, Self::Vtp];
+    const ALL: [Self; 5] = [Self::Obj, Self::Off, Self::Ply, Self::Stl, Self::Vtp];
 
     /// Returns the format that the extension of a path stands for.
     #[must_use]
@@ -40,6 +42,7 @@ impl MeshFormat {
     pub fn extension(self) -> &'static str {
         match self {
             Self::Obj => "obj",
+            Self::Off => "off",
             Self::Ply => "ply",
             Self::Stl => "stl",
             Self::Vtp => "vtp",
@@ -57,6 +60,7 @@ impl MeshFormat {
     pub fn encode(self, positions: &[DVec3], faces: &[[u32; 3]], space: Option<Space>) -> Vec<u8> {
         match self {
             Self::Obj => obj::encode(positions, faces, space),
+            Self::Off => off::encode(positions, faces, space),
             Self::Ply => ply::encode(positions, faces, space),
             Self::Stl => stl::encode(positions, faces, space),
             Self::Vtp => write_vtp(positions, faces, &[], space).into_bytes(),
@@ -104,10 +108,13 @@ impl FileFormat {
         if head.starts_with(b"$MeshFormat") {
             return Ok(Self::Msh);
         }
+        if off::is_likely(head) {
+            return Ok(Self::Surface(MeshFormat::Off));
+        }
 
         // The others begin with anything: the extension decides, if it is one of ours.
         let likely = stl::is_likely(bytes).then_some(Self::Surface(MeshFormat::Stl));
-        let expected = "PLY, OBJ, STL, VTP, VTU, VTK, MSH or INP";
+        let expected = "PLY, OBJ, OFF, STL, VTP, VTU, VTK, MSH or INP";
         Self::of_extension(extension).or(likely).ok_or(ReadError::UnknownFormat { expected })
     }
 
@@ -131,6 +138,7 @@ pub fn parse_mesh(bytes: &[u8], extension: &str) -> Result<Mesh, ReadError> {
     let (_, bytes) = split_mark(bytes);
     match FileFormat::recognize(bytes, extension)? {
         FileFormat::Surface(MeshFormat::Obj) => obj::parse(bytes),
+        FileFormat::Surface(MeshFormat::Off) => off::parse(bytes),
         FileFormat::Surface(MeshFormat::Ply) => ply::parse(bytes),
         FileFormat::Surface(MeshFormat::Stl) => stl::parse(bytes),
         FileFormat::Surface(MeshFormat::Vtp) => parse_vtp(bytes),

@@ -11,7 +11,7 @@ use crate::mesh_format::FileFormat;
 use crate::text::split_mark;
 use crate::text_nodes::TextNodes;
 use crate::vtk::{VtkPoints, legacy_precision, replace_legacy, replace_points};
-use crate::{MeshFormat, ReadError, inp, msh, obj, ply_replace, stl};
+use crate::{MeshFormat, ReadError, inp, msh, obj, off, ply_replace, stl};
 
 /// Writes a mesh file again with other positions: those of its vertices, or of all nodes of a volume
 /// mesh.
@@ -37,6 +37,7 @@ pub fn replace_positions(
 fn replaced(file: &[u8], extension: &str, positions: &[DVec3]) -> Result<Vec<u8>, ReadError> {
     match FileFormat::recognize(file, extension)? {
         FileFormat::Surface(MeshFormat::Obj) => obj::replace(file, positions),
+        FileFormat::Surface(MeshFormat::Off) => off::replace(file, positions),
         FileFormat::Surface(MeshFormat::Ply) => ply_replace::replace(file, positions),
         FileFormat::Surface(MeshFormat::Stl) => stl::replace(file, positions),
         FileFormat::Surface(MeshFormat::Vtp) => {
@@ -61,7 +62,9 @@ fn replaced(file: &[u8], extension: &str, positions: &[DVec3]) -> Result<Vec<u8>
 pub fn coordinate_precision(file: &[u8], extension: &str) -> Result<Precision, ReadError> {
     let (_, file) = split_mark(file);
     match FileFormat::recognize(file, extension)? {
-        FileFormat::Surface(MeshFormat::Obj) | FileFormat::Msh => Ok(Precision::Double),
+        FileFormat::Surface(MeshFormat::Obj | MeshFormat::Off) | FileFormat::Msh => {
+            Ok(Precision::Double)
+        }
         FileFormat::Surface(MeshFormat::Ply) => ply_replace::precision(file),
         FileFormat::Surface(MeshFormat::Stl) => Ok(stl::precision(file)),
         FileFormat::Surface(MeshFormat::Vtp) => VtkPoints::PolyData.precision(file),

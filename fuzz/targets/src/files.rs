@@ -27,7 +27,9 @@ pub fn mesh(bytes: &[u8]) -> bool {
     };
 
     check_replaced(rest, extension, &mesh);
-    for format in [MeshFormat::Obj, MeshFormat::Ply, MeshFormat::Stl, MeshFormat::Vtp] {
+    for format in
+        [MeshFormat::Obj, MeshFormat::Off, MeshFormat::Ply, MeshFormat::Stl, MeshFormat::Vtp]
+    {
         check_written(&mesh, format);
     }
     let surface = TriangleSurface::new(mesh.positions.len(), mesh.faces).expect("valid corners");

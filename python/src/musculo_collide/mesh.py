@@ -37,7 +37,7 @@ class Mesh(ArrayTuple, _Mesh):
 def read_mesh(path: str | os.PathLike[str]) -> Mesh:
     """Read a mesh file, with a warning where it holds more than a mesh.
 
-    Formats are PLY, OBJ, STL, VTP, VTU, VTK, MSH and INP; of volume meshes, the surface is read.
+    Formats are PLY, OBJ, OFF, STL, VTP, VTU, VTK, MSH and INP; of volume meshes, the surface is read.
     """
     return Mesh(*_native.read_mesh(_checks.path(path)))
 
@@ -45,7 +45,7 @@ def read_mesh(path: str | os.PathLike[str]) -> Mesh:
 def write_mesh(
     path: str | os.PathLike[str], vertices: npt.ArrayLike, faces: npt.ArrayLike
 ) -> None:
-    """Write a mesh as PLY, OBJ, STL or VTP, by the path's extension."""
+    """Write a mesh as PLY, OBJ, OFF, STL or VTP, by the path's extension."""
     x = _arrays.points(vertices, "vertices")
     _native.write_mesh(_checks.path(path), x, _arrays.faces(faces, "faces"))
 

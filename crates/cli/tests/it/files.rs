@@ -260,7 +260,7 @@ fn nothing_that_is_read_commands_the_terminal() {
 #[test]
 fn formats_and_orders_are_kept() {
     let workshop = workshop();
-    for extension in ["obj", "ply", "stl", "vtp"] {
+    for extension in ["obj", "off", "ply", "stl", "vtp"] {
         let format = mesh_io::MeshFormat::of(format!("x.{extension}").as_ref()).expect("a format");
         let mesh =
             mesh_io::parse_mesh(tetrahedron(0.1, 7.0 / 3.0).as_bytes(), "obj").expect("a mesh");

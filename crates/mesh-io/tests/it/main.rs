@@ -5,6 +5,7 @@ mod fields;
 mod legacy;
 mod limits;
 mod meshes;
+mod off;
 mod replaced;
 mod spellings;
 mod volumes;

@@ -108,6 +108,19 @@ fn obj() -> Vec<u8> {
     text.into_bytes()
 }
 
+fn off() -> Vec<u8> {
+    let (positions, faces) = planted();
+    let mut text = "OFF # planted\n\n8 11 0\n".to_owned();
+    for [x, y, z] in positions {
+        text += &format!("{x} {y} {z}\n");
+    }
+    for face in faces {
+        let corners: Vec<String> = face.iter().map(u32::to_string).collect();
+        text += &format!(" {}  {}\r\n", face.len(), corners.join(" "));
+    }
+    text.into_bytes()
+}
+
 fn inline_vtp() -> Vec<u8> {
     let (positions, faces) = planted();
     let join = |numbers: Vec<String>| numbers.join(" ");
@@ -175,12 +188,13 @@ fn read(name: &str, bytes: &[u8]) -> Result<Mesh, ReadError> {
 }
 
 /// Returns a file of each kind, by its name.
-pub(crate) fn files() -> [(&'static str, Vec<u8>); 7] {
+pub(crate) fn files() -> [(&'static str, Vec<u8>); 8] {
     [
         ("ascii.ply", ascii_ply()),
         ("little.ply", binary_ply(false)),
         ("big.ply", binary_ply(true)),
         ("mesh.obj", obj()),
+        ("mesh.off", off()),
         ("mesh.vtp", inline_vtp()),
         ("ascii.stl", ascii_stl()),
         ("binary.stl", binary_stl()),
@@ -189,14 +203,14 @@ pub(crate) fn files() -> [(&'static str, Vec<u8>); 7] {
 
 #[test]
 fn indexed_formats_give_the_planted_mesh() {
-    for (name, bytes) in &files()[..5] {
+    for (name, bytes) in &files()[..6] {
         assert_eq!(read(name, bytes).unwrap(), expected(), "{name}");
     }
 }
 
 #[test]
 fn loose_triangles_are_merged_where_equal() {
-    for (name, bytes) in &files()[5..] {
+    for (name, bytes) in &files()[6..] {
         let mesh = read(name, bytes).unwrap();
         assert_eq!((mesh.positions.len(), mesh.faces.len()), (8, 12), "{name}");
         for (face, facet) in mesh.faces.iter().zip(facets()) {
@@ -211,7 +225,7 @@ fn formats_are_recognized_by_content() {
         assert!(read("mesh.dat", bytes).is_ok(), "{name}");
     }
     let refusal = |name: &str, bytes: &[u8]| read(name, bytes).unwrap_err().to_string();
-    let unknown = "unknown format: expected PLY, OBJ, STL, VTP, VTU, VTK, MSH or INP";
+    let unknown = "unknown format: expected PLY, OBJ, OFF, STL, VTP, VTU, VTK, MSH or INP";
     assert_eq!(refusal("mesh.dat", b"nothing of the kind"), unknown);
     assert_eq!(refusal("mesh.ply", b""), "is empty (0 bytes)");
 }
@@ -358,8 +372,8 @@ fn each_format_states_the_space() {
     }
 }
 
-const FORMATS: [MeshFormat; 4] =
-    [MeshFormat::Obj, MeshFormat::Ply, MeshFormat::Stl, MeshFormat::Vtp];
+const FORMATS: [MeshFormat; 5] =
+    [MeshFormat::Obj, MeshFormat::Off, MeshFormat::Ply, MeshFormat::Stl, MeshFormat::Vtp];
 
 /// Coordinates without a finite decimal, of every magnitude, with zeros of both signs.
 #[test]
@@ -425,6 +439,7 @@ fn refusals_escape_control_characters() {
     let title = "\x1b]0;owned\x07";
     let cases = [
         ("mesh.obj", format!("v 0 {title} 0\n")),
+        ("mesh.off", format!("OFF\n{title} 0 0\n")),
         ("mesh.stl", format!("solid\n{title}\nendsolid\n")),
         ("mesh.vtp", format!("<VTKFile type=\"{title}\"/>")),
         ("mesh.vtp", format!("<VTKFile type=\"PolyData\"><{title}>")),

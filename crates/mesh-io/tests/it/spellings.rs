@@ -46,7 +46,8 @@ fn lines_may_end_with_a_carriage_return() {
     );
     let comment = |format: MeshFormat| {
         let file = String::from_utf8(format.encode(&mesh, &tetrahedron, None)).expect("text");
-        if format == MeshFormat::Obj { format!("# SPACE=RAS\n\n{file}") } else { file }
+        let has_comments = matches!(format, MeshFormat::Obj | MeshFormat::Off);
+        if has_comments { format!("# SPACE=RAS\n\n{file}") } else { file }
     };
     let ply = "ply\nformat ascii 1.0\ncomment a[\nelement vertex 4\nproperty double x\n\
                property double y\nproperty double z\nelement face 4\n\
@@ -54,6 +55,7 @@ fn lines_may_end_with_a_carriage_return() {
                3 0 2 1\n3 0 1 3\n3 1 2 3\n3 2 0 3\n";
     for (extension, file) in [
         ("obj", comment(MeshFormat::Obj)),
+        ("off", comment(MeshFormat::Off)),
         ("stl", comment(MeshFormat::Stl).replacen("surface", "SPACE=RAS", 1)),
         ("vtp", comment(MeshFormat::Vtp)),
         ("ply", ply.to_owned()),
@@ -228,6 +230,7 @@ fn stated_spaces_are_read() {
         binary.extend([0; 2]);
         let text = MeshFormat::Stl.encode(&CORNERS, &[[0, 1, 2]], None);
         let obj = MeshFormat::Obj.encode(&CORNERS, &[[0, 1, 2]], None);
+        let off = MeshFormat::Off.encode(&CORNERS, &[[0, 1, 2]], None);
         let codes = name.bytes().map(|byte| format!("{byte} ")).collect::<String>() + "0";
         let vtp = MeshFormat::Vtp.encode(&CORNERS, &[[0, 1, 2]], None);
         let field = |content: &str| {
@@ -239,6 +242,8 @@ fn stated_spaces_are_read() {
             ("stl", binary),
             ("stl", spliced(&text, "solid ", format!("{header} "))),
             ("obj", [format!("# {header}\n\n").as_bytes(), &obj].concat()),
+            ("off", [format!("# {header}\n\n").as_bytes(), &off].concat()),
+            ("off", spliced(&off, "OFF\n", format!("# {header}\n"))),
             ("ply", spliced(&plain, "endian 1.0\n", format!("comment SPACE={name}\n"))),
             ("vtp", field(&format!("NumberOfTuples=\"1\" format=\"ascii\">{codes}"))),
             ("vtp", field(&format!("NumberOfTuples=\"1\" format=\"binary\">{base64}"))),
