@@ -2,6 +2,7 @@
 
 use response::{ParameterError, not_negative, positive};
 use scene::BodyId;
+use surface::MAX_COORDINATE;
 
 use crate::ResolveTuning;
 
@@ -150,12 +151,22 @@ impl ResolveParams {
         positive("smoothing", self.smoothing)?;
         positive("tolerance", self.tolerance)?;
         not_negative("gap", self.gap)?;
+        for (name, value) in [("smoothing", self.smoothing), ("gap", self.gap)] {
+            if value > MAX_LENGTH {
+                let range = "at most 1e27, a thousandth of the largest coordinate";
+                return Err(ParameterError { name, value, range });
+            }
+        }
         positive("max_volume_change", self.max_volume_change)?;
         positive("max_strain", self.max_strain)?;
         positive("max_displacement", self.max_displacement)?;
         self.tuning.validate()
     }
 }
+
+/// Largest length by which bodies are pushed: a thousandth of the largest coordinate, beyond which pushes
+/// could move vertices out of the range of numbers.
+const MAX_LENGTH: f64 = 1e-3 * MAX_COORDINATE;
 
 /// Returns the tolerance that goes with a smoothing length.
 pub(crate) const fn tolerance_of(smoothing: f64) -> f64 {
@@ -166,6 +177,18 @@ pub(crate) const fn tolerance_of(smoothing: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::run::clearance;
+
+    #[test]
+    fn lengths_beyond_the_range_of_pushes_are_refused_by_name() {
+        let asked = ResolveParams::with_smoothing(1.0);
+        for (params, name) in [
+            (ResolveParams { gap: 2e27, ..asked }, "gap"),
+            (ResolveParams { smoothing: 2e27, ..asked }, "smoothing"),
+        ] {
+            assert_eq!(params.validate().expect_err(name).name, name);
+        }
+        assert_eq!(ResolveParams { gap: 1e27, ..asked }.validate(), Ok(()));
+    }
 
     #[test]
     fn longer_pushes_end_farther_apart() {

@@ -76,7 +76,7 @@ fn sheet() -> Mesh {
 #[test]
 fn each_absurd_scene_is_answered_in_words() {
     // Arguments, exit status, words of the answer.
-    let table: [(&str, i32, &[&str]); 15] = [
+    let table: [(&str, i32, &[&str]); 17] = [
         ("ball.obj inside.obj --rigid ball", 0, &["Nothing overlaps any more."]),
         ("ball.obj same.obj", 1, &["the surfaces coincide", "No mesh is written"]),
         ("ball.obj same.obj --rigid ball --gap 0.1", 1, &["coincide"]),
@@ -108,6 +108,12 @@ fn each_absurd_scene_is_answered_in_words() {
         ),
         ("ball.obj beside.obj --gap -1", 2, &["gap is -1, but must be"]),
         ("ball.obj beside.obj --gap nan", 2, &["gap is NaN, but must be"]),
+        ("ball.obj beside.obj --gap 1e300", 2, &["gap is 1", "0, but must be at most 1e27"]),
+        (
+            "ball.obj beside.obj --smooth 1e28",
+            2,
+            &["smoothing is 1", "0, but must be at most 1e27"],
+        ),
         ("ball.obj", 0, &["Nothing overlaps any more."]),
         (
             "tied.toml --gap 0.05",
