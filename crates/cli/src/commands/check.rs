@@ -143,13 +143,13 @@ pub(super) fn run(arguments: &CheckArguments) -> Result<Finished, Failure> {
 
 impl CheckArguments {
     fn plan(&self, description: &SceneDescription) -> FilePlan {
-        let bodies = description.bodies.iter();
+        let names = description.bodies.iter().map(|body| &*body.name);
         let plan = self.scene.plan(description);
         plan.writing(self.json.as_ref())
             .writing(self.table.as_ref())
             .writing(self.report.as_ref())
             .writing(self.picture.as_ref())
-            .writing_into(self.vtp.as_ref(), bodies.map(|body| body_file(&body.name)))
+            .writing_into(self.vtp.as_ref(), names.clone().map(body_file), names)
     }
 
     /// Writes the long table.

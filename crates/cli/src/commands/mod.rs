@@ -71,7 +71,11 @@ impl Command {
         if !written.to_standard_output {
             terminal::print_report(&(text + &written.lines() + &stopwatch.line()))?;
         }
+        let earlier = outputs.earlier_files();
         outputs.move_files()?;
+        for files in earlier {
+            terminal::print_line("warning", &files.to_string());
+        }
         Ok(holds)
     }
 }

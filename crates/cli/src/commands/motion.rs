@@ -229,13 +229,15 @@ impl MotionArguments {
     }
 
     fn plan(&self, inputs: Vec<PathBuf>, loaded: &LoadedScene, frames: usize) -> FilePlan {
+        let bodies = loaded.scene.bodies();
+        let names = bodies.iter().map(|body| body.name());
         FilePlan::reading(inputs)
             .writing(self.json.as_ref())
             .writing(self.chart.as_ref())
             .writing(self.table.as_ref())
             .writing(self.report.as_ref())
-            .writing_into(self.vtp.as_ref(), frame_files(&loaded.scene, frames))
-            .writing_into(self.resolve.as_ref(), frame_files(&loaded.scene, frames))
+            .writing_into(self.vtp.as_ref(), frame_files(&loaded.scene, frames), names.clone())
+            .writing_into(self.resolve.as_ref(), frame_files(&loaded.scene, frames), names)
     }
 
     /// Begins the long table, if one is asked for.

@@ -169,7 +169,8 @@ impl ResolveArguments {
             files.extend(STATES.map(|state| report_file(state, "")));
         }
         let plan = self.scene.plan(description).writing(self.json.as_ref());
-        plan.writing_into(Some(&self.out), files)
+        let bodies = description.bodies.iter().map(|body| &*body.name);
+        plan.writing_into(Some(&self.out), files, bodies)
     }
 
     /// Writes all meshes, and the displacements of soft bodies beside them.

@@ -5,6 +5,7 @@
 //! refused. Files are then written beside their places, and moved there once all of them
 //! are complete ([`Outputs`]), so that a failure or an interruption leaves nothing behind.
 
+mod earlier;
 mod identity;
 mod outputs;
 mod places;

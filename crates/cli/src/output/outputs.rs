@@ -1,6 +1,6 @@
 //! Outputs, written completely or not at all.
 
-use std::collections::{HashMap, VecDeque};
+use std::collections::{BTreeSet, HashMap, VecDeque};
 use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -8,6 +8,7 @@ use std::process;
 
 use serde::Serialize;
 
+use super::earlier::{BodyFolder, EarlierFiles, extension};
 use super::places::{Destination, Places};
 use super::unfinished::unfinished;
 use crate::failure::Failure;
@@ -26,6 +27,7 @@ pub(crate) struct Outputs {
     /// Folders that were made, the outer ones behind the inner ones.
     made_folders: Vec<PathBuf>,
     staged: VecDeque<StagedOutput>,
+    body_folders: Vec<BodyFolder>,
 }
 
 /// Output whose content is complete.
@@ -45,9 +47,14 @@ enum StagedContent {
 }
 
 impl Outputs {
-    pub(super) fn new(destinations: HashMap<PathBuf, Destination>, places: Places) -> Self {
+    pub(super) fn new(
+        destinations: HashMap<PathBuf, Destination>,
+        places: Places,
+        body_folders: Vec<BodyFolder>,
+    ) -> Self {
         let folders = places.folders().to_vec();
-        Self { destinations, places, folders, made_folders: Vec::new(), staged: VecDeque::new() }
+        let (made_folders, staged) = (Vec::new(), VecDeque::new());
+        Self { destinations, places, folders, made_folders, staged, body_folders }
     }
 
     /// Completes an output whose name depends on the results, in a planned folder.
@@ -131,6 +138,22 @@ impl Outputs {
             written.paths.push(path.clone());
         }
         Ok(written)
+    }
+
+    /// Returns the files of bodies in the planned folders that are neither staged nor read, once all
+    /// outputs are complete.
+    pub(crate) fn earlier_files(&self) -> Vec<EarlierFiles> {
+        let staged: BTreeSet<&Path> = self.staged.iter().map(|output| &*output.path).collect();
+        let is_own = |path: &Path| staged.contains(path) || self.places.is_input(path);
+        let mut earlier = Vec::new();
+        for body_folder in &self.body_folders {
+            // Other kinds of files are not of this program.
+            let outputs = self.destinations.keys();
+            let inside = outputs.filter(|path| path.parent() == Some(&body_folder.folder));
+            let extensions = inside.map(|path| extension(path)).collect();
+            earlier.extend(body_folder.earlier_files(&extensions, is_own));
+        }
+        earlier
     }
 
     /// Moves every file to its place, in the order of staging.

@@ -69,6 +69,12 @@ impl Places {
         Ok(())
     }
 
+    /// Returns true if a file is read.
+    pub(super) fn is_input(&self, file: &Path) -> bool {
+        let role = FileId::of(file).ok().and_then(|id| self.roles.get(&id));
+        matches!(role, Some(Role::Input(_)))
+    }
+
     /// Returns the planned folders.
     pub(super) fn folders(&self) -> &[PathBuf] {
         &self.folders

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::path::PathBuf;
 
 use super::Outputs;
+use super::earlier::BodyFolder;
 use super::places::Places;
 use crate::failure::Failure;
 
@@ -12,7 +13,7 @@ use crate::failure::Failure;
 pub(crate) struct FilePlan {
     inputs: Vec<PathBuf>,
     files: Vec<PathBuf>,
-    folders: Vec<PathBuf>,
+    folders: Vec<BodyFolder>,
 }
 
 impl FilePlan {
@@ -34,15 +35,17 @@ impl FilePlan {
     }
 
     /// Adds a folder that is made where there is none, if there is one, and the names of
-    /// files that are written into it.
-    pub(crate) fn writing_into(
+    /// files that are written into it, of these bodies.
+    pub(crate) fn writing_into<'a>(
         mut self,
         folder: Option<&PathBuf>,
         names: impl IntoIterator<Item = String>,
+        bodies: impl IntoIterator<Item = &'a str>,
     ) -> Self {
         if let Some(folder) = folder {
             self.files.extend(names.into_iter().map(|name| folder.join(name)));
-            self.folders.push(folder.clone());
+            let bodies = bodies.into_iter().map(str::to_owned).collect();
+            self.folders.push(BodyFolder { folder: folder.clone(), bodies });
         }
         self
     }
@@ -58,7 +61,7 @@ impl FilePlan {
         places.check_standard_output()?;
 
         // Folders first: files may stand in folders that are yet to be made.
-        for folder in &self.folders {
+        for BodyFolder { folder, .. } in &self.folders {
             places.add_folder(folder)?;
         }
 
@@ -67,6 +70,6 @@ impl FilePlan {
             let destination = places.add(&file)?;
             destinations.insert(file, destination);
         }
-        Ok(Outputs::new(destinations, places))
+        Ok(Outputs::new(destinations, places, self.folders))
     }
 }

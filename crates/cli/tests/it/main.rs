@@ -4,6 +4,7 @@ mod absurd;
 mod anatomy;
 mod bad_input;
 mod check;
+mod earlier;
 mod field;
 mod files;
 mod finite_elements;
