@@ -23,7 +23,7 @@
 //! report can be found in the file. Nothing is repaired: any list of faces with valid
 //! indices is a mesh, whatever its defects. Positions are as the file has them, in the space that it may
 //! state ([`Mesh::space`]). Content behind the end that a header declares
-//! is reported ([`Mesh::unread`]), and so are elements that are no solids ([`Mesh::skipped`]). Every
+//! is reported ([`Mesh::unread`]), and so are elements that are no part of the mesh ([`Mesh::skipped`]). Every
 //! refusal names the place in the file and, from [`read_mesh`] and [`read_field`], the file. Control
 //! characters in quoted text are escaped, and a file that never ends is refused ([`MAX_STREAM_BYTES`]).
 //!

@@ -25,7 +25,8 @@ pub struct Mesh {
     pub polygons_fanned: usize,
     /// Content of the file behind the end that its header declares.
     pub unread: Option<Unread>,
-    /// Elements of an Abaqus file that are no part of the mesh.
+    /// Elements that are no part of the mesh: of an Abaqus file all others, of an MSH, VTU or VTK file
+    /// those of surfaces at nodes of none of its cells.
     pub skipped: Option<SkippedElements>,
     /// Space of the positions, where the file states one.
     pub space: Option<Space>,
@@ -76,6 +77,12 @@ impl Polygons {
         self.ends.is_empty()
     }
 
+    /// Returns the corners of each polygon.
+    fn iter(&self) -> impl Iterator<Item = &[i64]> {
+        let mut start = 0;
+        self.ends.iter().map(move |&end| &self.corners[std::mem::replace(&mut start, end)..end])
+    }
+
     pub(crate) fn push(&mut self, corners: impl IntoIterator<Item = i64>) {
         self.corners.extend(corners);
         self.ends.push(self.corners.len());
@@ -93,11 +100,9 @@ impl Mesh {
         // Triangles stay as they are, larger polygons become fans, in the order of the file.
         let faces = Vec::with_capacity(polygons.ends.len());
         let mut mesh = Self::new(positions, faces);
-        let (mut corners, mut start) = (Vec::new(), 0);
+        let mut corners = Vec::new();
 
-        for (face, &end) in polygons.ends.iter().enumerate() {
-            let listed = &polygons.corners[start..end];
-            start = end;
+        for (face, listed) in polygons.iter().enumerate() {
             if let Some(triangle) = as_triangle(listed, mesh.positions.len()) {
                 mesh.faces.push(triangle);
                 continue;
@@ -110,7 +115,7 @@ impl Mesh {
     }
 
     /// Checks the nodes and elements of a file: its cells, and the surface around them, or else the
-    /// surface that its polygons are, with all nodes as vertices.
+    /// surface that its polygons are, with all nodes as vertices. Polygons apart from cells are counted.
     pub(crate) fn of_elements(
         nodes: NumberedNodes,
         cells: NumberedCells,
@@ -120,7 +125,9 @@ impl Mesh {
             let mesh = Self::assemble(nodes.positions, polygons)?;
             return Ok(Self { vertex_numbers: Some(nodes.numbers), ..mesh });
         }
-        Self::of_volume(nodes, cells)
+        let skipped = apart_from(&cells, polygons, nodes.positions.len());
+        let mesh = Self::of_volume(nodes, cells)?;
+        Ok(Self { skipped: skipped.if_any(), ..mesh })
     }
 
     fn of_volume(nodes: NumberedNodes, cells: NumberedCells) -> Result<Self, ReadError> {
@@ -160,6 +167,38 @@ impl Mesh {
         self.polygons_fanned += 1;
         Ok(())
     }
+}
+
+/// Counts polygons with a corner that is a node of none of the cells. Others are faces of cells, as a rule.
+fn apart_from(cells: &NumberedCells, polygons: &Polygons, node_count: usize) -> SkippedElements {
+    let mut skipped = SkippedElements::default();
+    if polygons.is_empty() {
+        return skipped;
+    }
+
+    let mut is_of_cell = vec![false; node_count];
+    for cell in &cells.cells {
+        for &node in cell.nodes() {
+            if let Some(is_of_cell) = is_of_cell.get_mut(node as usize) {
+                *is_of_cell = true;
+            }
+        }
+    }
+
+    let is_apart = |&corner: &i64| {
+        let node = usize::try_from(corner).ok();
+        !node.and_then(|node| is_of_cell.get(node)).copied().unwrap_or_default()
+    };
+    for corners in polygons.iter() {
+        if corners.iter().any(is_apart) {
+            skipped.add(match corners.len() {
+                3 => "triangle",
+                4 => "quadrilateral",
+                _ => "polygon",
+            });
+        }
+    }
+    skipped
 }
 
 fn check_positions(positions: &[DVec3]) -> Result<(), ReadError> {

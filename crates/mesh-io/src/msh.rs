@@ -3,9 +3,12 @@
 //!
 //! This reader is not a crate's, because places matter: nodes keep their order, and a file is
 //! written again with other coordinates and all else as it was. Points and lines are skipped, and so are
-//! surface elements where there are tetrahedra or hexahedra; other elements are refused.
+//! surface elements where there are tetrahedra or hexahedra, which are counted where they stand apart from
+//! these; other elements are refused.
 //!
 //! Source: C. Geuzaine and J.-F. Remacle, "Gmsh reference manual", section "MSH file format".
+
+use std::collections::BTreeMap;
 
 use volume_mesh::Cell;
 
@@ -47,7 +50,13 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
     if content.cells.is_empty() {
         content = parse_content(bytes, MeshElements::Polygons)?;
     }
-    Mesh::of_elements(content.nodes.numbered, content.cells, &content.polygons)
+    let MshContent { nodes, cells, polygons, curved, .. } = content;
+    let mesh = Mesh::of_elements(nodes.numbered, cells, &polygons)?;
+    let mut skipped = mesh.skipped.unwrap_or_default();
+    for (kind, count) in curved {
+        skipped.add_all(format!("element type {kind}"), count);
+    }
+    Ok(Mesh { skipped: skipped.if_any(), ..mesh })
 }
 
 /// Reads the nodes with the places of their coordinates.
@@ -62,6 +71,8 @@ struct MshContent {
     nodes: TextNodes,
     cells: NumberedCells,
     polygons: Polygons,
+    /// Number of elements of curved surfaces beside cells, per type.
+    curved: BTreeMap<u64, usize>,
 }
 
 fn parse_content(bytes: &[u8], elements: MeshElements) -> Result<MshContent, ReadError> {
@@ -189,8 +200,11 @@ impl MshContent {
             QUADRILATERAL if has_surface => {
                 polygons.push_nodes(known.indices::<4>(&MSH, line, nodes)?);
             }
-            _ if WITHOUT_VOLUME.contains(&kind)
-                && !(has_surface && CURVED_SURFACES.contains(&kind)) => {}
+            TRIANGLE | QUADRILATERAL => polygons.push(known.known_indices(nodes)),
+            _ if CURVED_SURFACES.contains(&kind) && !has_surface => {
+                *self.curved.entry(kind).or_default() += 1;
+            }
+            _ if WITHOUT_VOLUME.contains(&kind) && !CURVED_SURFACES.contains(&kind) => {}
             other => return Err(MSH.unsupported(format!("element type {other}"))),
         }
         Ok(())

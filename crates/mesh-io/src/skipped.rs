@@ -8,7 +8,8 @@ use crate::text::quoted;
 /// Maximum number of types that a message names: files may have any number of them.
 const MAX_NAMED: usize = 5;
 
-/// Elements of a file that are no part of its mesh: shells, lines, and types that are not known.
+/// Elements of a file that are no part of its mesh: surfaces beside solids, lines, and types that are
+/// not known.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SkippedElements {
     /// Number of elements per type, as the file names it.
@@ -22,6 +23,11 @@ impl SkippedElements {
             Some(count) => *count += 1,
             None => drop(self.counts.insert(kind.to_owned(), 1)),
         }
+    }
+
+    /// Counts elements of one type.
+    pub(crate) fn add_all(&mut self, kind: String, count: usize) {
+        *self.counts.entry(kind).or_default() += count;
     }
 
     /// Returns the elements, `None` where there are none.
@@ -41,7 +47,7 @@ impl fmt::Display for SkippedElements {
         if others > 0 {
             write!(f, ", {others} {} of other types", noun(others))?;
         }
-        f.write_str(" left out, which are no solids")
+        f.write_str(" left out, which are no part of the mesh")
     }
 }
 
@@ -56,8 +62,7 @@ mod tests {
         for kind in ["S3", "U1\u{1b}", "S3"] {
             skipped.add(kind);
         }
-        let text =
-            r"2 elements of type 'S3', 1 element of type 'U1\u{1b}' left out, which are no solids";
+        let text = r"2 elements of type 'S3', 1 element of type 'U1\u{1b}' left out, which are no part of the mesh";
         assert_eq!(skipped.to_string(), text);
         for number in 2..10 {
             skipped.add(&format!("U{number}"));

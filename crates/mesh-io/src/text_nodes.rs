@@ -55,6 +55,11 @@ impl TextNodes {
         Ok(())
     }
 
+    /// Returns the indices of nodes by their numbers in the file, -1 for those that are not defined above.
+    pub(crate) fn known_indices(&self, nodes: &[u64]) -> impl Iterator<Item = i64> {
+        nodes.iter().map(|node| self.index_of.get(node).map_or(-1, |&index| i64::from(index)))
+    }
+
     /// Returns the indices of an element's nodes, by their numbers in the file.
     pub(crate) fn indices<const N: usize>(
         &self,

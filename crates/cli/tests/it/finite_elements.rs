@@ -159,7 +159,8 @@ fn elements_that_are_left_out_are_counted_by_type() {
     let solid = inp(&Block::new(DVec3::ONE, [1; 3]), false);
     workshop.write("bone.inp", solid.replace("*Nset", &format!("{elements}*Nset")));
     workshop.write("plain.inp", solid);
-    let text = "3 elements of type 'S3R', 1 element of type 'U7' left out, which are no solids";
+    let text =
+        "3 elements of type 'S3R', 1 element of type 'U7' left out, which are no part of the mesh";
     let run = workshop.check(&["bone.inp", "--json", "o.json"]);
     assert_eq!((run.status, run.stderr), (0, format!("warning: bone.inp: {text}\n")));
     for content in [run.stdout, workshop.read("o.json")] {

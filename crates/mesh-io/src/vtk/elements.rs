@@ -1,5 +1,7 @@
 //! Cells of unstructured grids: tetrahedra and hexahedra, or else polygons.
 
+use std::collections::BTreeMap;
+
 use volume_mesh::Cell;
 
 use crate::ReadError;
@@ -36,8 +38,8 @@ const WITHOUT_VOLUME: [i64; 18] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 21, 22, 23, 28,
 pub(super) struct GridElements {
     cells: NumberedCells,
     polygons: Polygons,
-    /// Type of a cell of a surface that cannot be read.
-    unread_surface: Option<i64>,
+    /// Number of cells of surfaces that cannot be read, per type.
+    unread_surfaces: BTreeMap<i64, usize>,
     /// Number of cells so far: one without volume keeps its number.
     count: u64,
 }
@@ -66,7 +68,9 @@ impl GridElements {
         } else if kind == i64::from(HEXAHEDRON) {
             <[u32; 8]>::try_from(nodes).map(Cell::Hexahedron)
         } else if WITHOUT_VOLUME.contains(&kind) {
-            self.unread_surface = SURFACES.contains(&kind).then_some(kind).or(self.unread_surface);
+            if SURFACES.contains(&kind) {
+                *self.unread_surfaces.entry(kind).or_default() += 1;
+            }
             return Ok(());
         } else {
             return Err(unsupported(format, kind));
@@ -78,16 +82,22 @@ impl GridElements {
         Ok(())
     }
 
-    /// Returns the mesh of the cells with volume, or else of the polygons.
+    /// Returns the mesh of the cells with volume, or else of the polygons. Other surfaces beside cells are
+    /// counted.
     pub(super) fn into_mesh(
         self,
         format: &Format,
         nodes: NumberedNodes,
     ) -> Result<Mesh, ReadError> {
-        match self.unread_surface {
-            Some(kind) if self.cells.is_empty() => Err(unsupported(format, kind)),
-            _ => Mesh::of_elements(nodes, self.cells, &self.polygons),
+        if let (true, Some(&kind)) = (self.cells.is_empty(), self.unread_surfaces.keys().next()) {
+            return Err(unsupported(format, kind));
         }
+        let mesh = Mesh::of_elements(nodes, self.cells, &self.polygons)?;
+        let mut skipped = mesh.skipped.unwrap_or_default();
+        for (kind, count) in self.unread_surfaces {
+            skipped.add_all(format!("VTK's type {kind}"), count);
+        }
+        Ok(Mesh { skipped: skipped.if_any(), ..mesh })
     }
 }
 

@@ -1,7 +1,7 @@
 //! VTK unstructured grids (`.vtu`): points, and tetrahedra and hexahedra, or else polygons, of all pieces
 //! as one mesh.
 //!
-//! Cells without volume are skipped where others have some; other cells with volume are refused. The writer takes values
+//! Cells without volume are skipped where others have some, and counted where they are surfaces apart from these; other cells with volume are refused. The writer takes values
 //! per node, as that of surfaces does.
 
 use glam::DVec3;

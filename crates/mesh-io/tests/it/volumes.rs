@@ -64,10 +64,88 @@ fn volume(mesh: Mesh) -> Volume {
     mesh.volume.expect("a volume mesh")
 }
 
+/// Returns the elements that are no part of a mesh, by type.
+fn skipped(mesh: &Mesh) -> Option<Vec<(String, usize)>> {
+    mesh.skipped.clone().map(|skipped| skipped.counts.into_iter().collect())
+}
+
+/// A surface beside the cells, at nodes of its own, is not lost without a word.
+#[test]
+fn surfaces_at_nodes_of_no_cell_are_counted_by_type() {
+    let nodes = "101 5 0 0\n102 6 0 0\n103 6 1 0\n104 5 1 0\n";
+    let msh_2 = MSH_2.replace("$Nodes\n9\n", &format!("$Nodes\n13\n{nodes}")).replace(
+        "$Elements\n4\n",
+        "$Elements\n9\n51 2 2 1 1 101 102 103\n52 2 2 1 1 11 102 21\n53 3 2 1 1 101 102 103 104\n\
+         54 9 2 1 1 101 102 103 11 21 31\n55 1 2 1 1 101 102\n",
+    );
+    let msh_4 = MSH_4
+        .replace("$Nodes\n2 9", "$Nodes\n3 13")
+        .replace(
+            "\n2 1 0 4\n",
+            "\n2 1 0 4\n101\n102\n103\n104\n5 0 0\n6 0 0\n6 1 0\n5 1 0\n2 1 0 4\n",
+        )
+        .replace("$Elements\n3 4", "$Elements\n6 8")
+        .replace(
+            "\n2 1 2 1\n",
+            "\n2 1 2 2\n51 101 102 103\n52 11 102 21\n2 1 3 1\n53 101 102 103 104\n\
+                 2 1 9 1\n54 101 102 103 11 21 31\n2 1 2 1\n",
+        );
+    let corners = "0 1 2 9 10 11 0 10 1 9 10 11 12 9 10 11 0 1 2 ";
+    let vtu = ascii_vtu(corners, "3 6 9 13 19 ", "5 5 5 9 22 ");
+    for (extension, content, curved) in [
+        ("msh", msh_2, "element type 9"),
+        ("msh", msh_4, "element type 9"),
+        ("vtu", vtu, "VTK's type 22"),
+    ] {
+        let mesh = parse_mesh(content.as_bytes(), extension).expect(&content);
+        let mut expected = vec![
+            (curved.to_owned(), 1),
+            ("quadrilateral".to_owned(), 1),
+            ("triangle".to_owned(), 2),
+        ];
+        expected.sort();
+        assert_eq!(skipped(&mesh), Some(expected), "{content}");
+        assert_eq!(volume(mesh).mesh.cells().len(), 3, "{content}");
+    }
+}
+
+/// Returns the planted block as text, with other cells before its own.
+fn ascii_vtu(corners: &str, ends: &str, types: &str) -> String {
+    let (mut corners, mut ends, mut types) =
+        (corners.to_owned(), ends.to_owned(), types.to_owned());
+    let mut end = corners.split_whitespace().count();
+    for cell in cells() {
+        end += cell.nodes().len();
+        corners += &cell.nodes().iter().map(|node| format!("{node} ")).collect::<String>();
+        ends += &format!("{end} ");
+        types += if cell.nodes().len() == 4 { "10 " } else { "12 " };
+    }
+    let more = [[5.0, 0.0, 0.0], [6.0, 0.0, 0.0], [6.0, 1.0, 0.0], [5.0, 1.0, 0.0]];
+    let points = NODES.iter().chain(&more).map(|[x, y, z]| format!("{x} {y} {z} "));
+    let points = points.collect::<String>();
+    let count = types.split_whitespace().count();
+    let array = |kind: &str, name: &str, content: &str| {
+        format!("<DataArray type=\"{kind}\" Name=\"{name}\" format=\"ascii\">{content}</DataArray>")
+    };
+    format!(
+        "<VTKFile type=\"UnstructuredGrid\" version=\"0.1\" byte_order=\"LittleEndian\">\n\
+         <UnstructuredGrid><Piece NumberOfPoints=\"13\" NumberOfCells=\"{count}\">\n\
+         <Points>{}</Points>\n<Cells>{}{}{}</Cells>\n</Piece></UnstructuredGrid></VTKFile>\n",
+        array("Float64", "Points", &points)
+            .replace("Float64\"", "Float64\" NumberOfComponents=\"3\""),
+        array("Int64", "connectivity", &corners),
+        array("Int64", "offsets", &ends),
+        array("UInt8", "types", &types),
+    )
+}
+
 #[test]
 fn every_format_gives_the_planted_block() {
     for (extension, content, numbers) in files() {
         let mesh = parse_mesh(content.as_bytes(), extension).unwrap();
+        // The triangle of the text files is a half of the base: nothing is missing without it.
+        let shells = (extension == "inp").then(|| vec![("S3".to_owned(), 1)]);
+        assert_eq!(skipped(&mesh), shells, "{extension}");
         // Five squares of the cube and five triangles of the pyramid; its base matches no square.
         assert_eq!((mesh.positions.len(), mesh.faces.len()), (9, 6 * 2 + 6), "{extension}");
         let volume = volume(mesh);
