@@ -13,6 +13,7 @@ mod contact_triangles;
 mod division;
 mod document;
 mod field;
+mod frame_times;
 mod gallery;
 mod joint_contact;
 mod joint_views;

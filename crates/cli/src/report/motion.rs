@@ -5,12 +5,13 @@ use musculo_collide::{
 };
 use serde::{Deserialize, Serialize};
 
+use super::frame_times::FrameTimes;
 use super::joint_contact::{
     ContactTable, JointContactRecord, PairContact, SurfaceContact, joint_title,
 };
 use super::pair_record::rounding;
 use super::table::{Table, dash, left, right};
-use super::text::{bound, counted, depth, fixed, grouped, measure};
+use super::text::{bound, counted, depth, grouped, measure};
 use crate::motion::{RestReason, RestingBody};
 use crate::scene::Unit;
 
@@ -116,8 +117,9 @@ impl MotionDocument {
             right("vertices through"),
         ]);
 
+        let times = FrameTimes::new(self.frames.iter().map(|frame| frame.time));
         for frame in &self.frames {
-            let of_frame = frame.state_entries(self.unit);
+            let of_frame = frame.state_entries(self.unit, times);
             let of_step = match &frame.step {
                 Some(step) => step.entries(),
                 None => [dash(), dash(), dash(), dash(), dash()],
@@ -239,12 +241,12 @@ impl FrameRecord {
     }
 
     /// Returns the entries of a table that show the frame.
-    fn state_entries(&self, unit: Unit) -> [String; 6] {
+    fn state_entries(&self, unit: Unit, times: FrameTimes) -> [String; 6] {
         let (depth, between) = match &self.deepest {
             Some(deepest) => (deepest.text(unit), format!("{} × {}", deepest.a, deepest.b)),
             None => (dash(), dash()),
         };
-        let time = self.time.map_or_else(dash, |time| fixed(time, 3));
+        let time = times.text(self.time);
         let volume = measure(self.volume);
         [self.frame.to_string(), time, grouped(self.overlapping_pairs), depth, between, volume]
     }

@@ -9,12 +9,13 @@ use musculo_collide::{
 use serde::Serialize;
 
 use super::attachment_record::AttachmentRecord;
+use super::frame_times::FrameTimes;
 use super::resolution::{
     gap_obstacle_text, ignored_pairs, left_out_text, obstacle_text, remaining_text,
 };
 use super::resolution_document::BrokenRecord;
-use super::table::{Table, dash, right};
-use super::text::{counted, depth, fixed, grouped, length, measure};
+use super::table::{Table, right};
+use super::text::{counted, depth, grouped, length, measure};
 use crate::scene::Unit;
 
 /// All frames of a motion.
@@ -295,11 +296,12 @@ impl ResolvedDocument {
             right("removal [s]"),
         ]);
 
+        let times = FrameTimes::new(self.frames.iter().map(|frame| frame.time));
         for frame in &self.frames {
             let [before, after] = frame.self_crossings;
             table.row([
                 frame.frame.to_string(),
-                frame.time.map_or_else(dash, |time| fixed(time, 3)),
+                times.text(frame.time),
                 grouped(frame.before.pairs),
                 frame.before.depth_text(self.unit),
                 grouped(frame.after.pairs),

@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::scene::Unit;
 
 /// Maximum number of decimals; smaller numbers have an exponent.
-const MAX_DECIMALS: usize = 12;
+pub(super) const MAX_DECIMALS: usize = 12;
 
 /// Writes a length to about a micrometer, whatever the unit.
 pub(super) fn length(value: f64, unit: Unit) -> String {

@@ -119,3 +119,21 @@ fn skins_of_more_segments_than_a_page_shows_are_refused() {
     let problem = "skin.json: the skin has 33 segments, but a page shows 32 at most";
     assert!(refused.stderr.contains(problem), "{}", refused.stderr);
 }
+
+/// A page has the times of its frames as the table has them: a step of 40 µs is not 0.
+#[test]
+fn short_times_are_told_apart_on_a_page() {
+    let workshop = Workshop::new();
+    let ball = shapes::icosphere(0.01, 1);
+    scene(&workshop, &ball, &[("muscle", ball.clone().translated(DVec3::X * 0.019))], "");
+    let run = workshop.run("motion", &["scene.toml", "--report", "m.html"]);
+    assert_eq!(run.status, 1, "{}", run.stderr);
+
+    let page = workshop.read("m.html");
+    let (_, model) = page.split_once("id=\"model\">").expect("a model");
+    let (model, _) = model.split_once("</script>").expect("its end");
+    let model: Value = serde_json::from_str(model).expect("JSON");
+    let times = [0, 1].map(|frame| model["frames"][frame]["time"].as_str().expect("a text"));
+    assert_eq!(times, ["0.000000", "0.000040"]);
+    assert!(times.iter().all(|time| run.stdout.contains(time)), "{}", run.stdout);
+}

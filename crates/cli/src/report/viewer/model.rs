@@ -12,6 +12,7 @@ use super::coarse::{ShownSurface, ShownSurfaces};
 use crate::motion::Replay;
 use crate::report::body_color::colors;
 use crate::report::contact_field::ContactField;
+use crate::report::frame_times::FrameTimes;
 use crate::scene::Unit;
 use picture::{ContactTriangle, viridis};
 
@@ -71,7 +72,8 @@ struct Corners {
 /// Frame of a page.
 #[derive(Debug, Serialize)]
 struct ModelFrame {
-    time: Option<f64>,
+    /// Time in seconds, as it is shown.
+    time: Option<String>,
     pairs: Vec<ModelPair>,
     /// Upper rows of the maps.
     maps: Option<Span>,
@@ -291,6 +293,7 @@ impl Recording {
 
         let mut model = Model::new(unit, at_rest, self.bounds, max_depth);
         model.add_bodies(scene, &self.surfaces, Some(replay));
+        let times = FrameTimes::new(self.frames.iter().map(|frame| frame.time));
         for (number, RecordedFrame { time, pairs, depths }) in self.frames.into_iter().enumerate() {
             let maps: Vec<[f32; 12]> = replay.maps(number).map(upper_rows).collect();
             let maps = Some(model.blob.add_f32(&maps));
@@ -298,6 +301,7 @@ impl Recording {
             for inside in depths {
                 spans.push(model.add_depths(&inside));
             }
+            let time = time.map(|time| times.text(Some(time)));
             model.frames.push(ModelFrame { time, pairs, maps, depths: Some(spans) });
         }
         model

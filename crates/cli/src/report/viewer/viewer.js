@@ -407,7 +407,7 @@
       `<line x1="${x(frame)}" x2="${x(frame)}" y1="4" y2="100" stroke="#3b528b" stroke-width="2"/>`;
     time.querySelector(".top").textContent = `${digits(top)} ${UNIT}`;
     const at = model.frames[frame].time;
-    const seconds = at === null ? "" : `, ${at.toFixed(3)} s`;
+    const seconds = at === null ? "" : `, ${at} s`;
     time.querySelector("output").textContent = `frame ${frame}${seconds}: deepest ${digits(own ? own[frame] : deepest[frame])} ${UNIT}`;
     time.querySelector("input").value = frame;
   }
