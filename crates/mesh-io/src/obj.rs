@@ -1,5 +1,7 @@
 //! Wavefront OBJ: the positions (`v`) and faces (`f`) of all groups as one mesh.
 //!
+//! A statement is a line, and those below it while lines end with a backslash; a comment ends it.
+//!
 //! This reader is not a crate's, because places matter: known crates renumber
 //! vertices per group and use, and their errors name no line.
 
@@ -11,7 +13,7 @@ use glam::DVec3;
 use crate::copy::{Copy, Precision, check_count, check_range, position as position_of};
 use crate::error::Format;
 use crate::mesh::{Mesh, Polygons};
-use crate::text::{Line, Lines, number, placed_words, quoted, words};
+use crate::text::{Lines, PlacedWord, number, placed_words, quoted};
 use crate::{ReadError, Space};
 
 const OBJ: Format = Format { name: "OBJ", remedy: "save it as PLY" };
@@ -35,15 +37,15 @@ pub(crate) fn encode(positions: &[DVec3], faces: &[[u32; 3]], space: Option<Spac
 pub(crate) fn replace(file: &[u8], positions: &[DVec3]) -> Result<Vec<u8>, ReadError> {
     // Vertices are the lines that begin with v, as the reader counts them.
     let mut copy = Copy::new(file);
-    let mut vertex = 0;
-    for line in Lines::new(file) {
-        let mut words = placed_words(line.text, line.start);
-        if words.next().is_none_or(|keyword| keyword.text != b"v") {
+    let (mut statements, mut words, mut vertex) = (Statements::new(file), Vec::new(), 0);
+    while statements.read_next(&mut words).is_some() {
+        let Some((keyword, values)) = words.split_first() else { continue };
+        if keyword.text != b"v" {
             continue;
         }
         let x = position_of(&OBJ, positions, vertex)?;
-        for (word, value) in words.zip(x.to_array()) {
-            copy.put_number(word.place, value, Precision::Double);
+        for (word, value) in values.iter().zip(x.to_array()) {
+            copy.put_number(word.place.clone(), value, Precision::Double);
         }
         vertex += 1;
     }
@@ -58,14 +60,15 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
     let mut corners = Vec::new();
 
     // Words other than these two concern normals, groups, materials and the like.
-    for Line { number: line, text, .. } in Lines::new(bytes) {
-        let mut words = words(text);
-        match words.next() {
-            Some(b"v") => positions.push(position(line, words)?),
-            Some(b"f") => {
+    let (mut statements, mut words) = (Statements::new(bytes), Vec::new());
+    while let Some(line) = statements.read_next(&mut words) {
+        let Some((keyword, values)) = words.split_first() else { continue };
+        match keyword.text {
+            b"v" => positions.push(position(line, values)?),
+            b"f" => {
                 corners.clear();
-                for word in words {
-                    corners.push(corner(line, word, positions.len())?);
+                for word in values {
+                    corners.push(corner(line, word.text, positions.len())?);
                 }
                 polygons.push(corners.iter().copied());
             }
@@ -77,17 +80,41 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
     Ok(Mesh { space: Space::in_first_comments(bytes), ..mesh })
 }
 
+/// Statements of a file.
+#[derive(Debug)]
+struct Statements<'a> {
+    lines: Lines<'a>,
+}
+
+impl<'a> Statements<'a> {
+    fn new(file: &'a [u8]) -> Self {
+        Self { lines: Lines::new(file) }
+    }
+
+    /// Replaces the content of `words` by the words of the next statement, and returns the number of its
+    /// first line; `None` behind the last.
+    fn read_next(&mut self, words: &mut Vec<PlacedWord<'a>>) -> Option<usize> {
+        words.clear();
+        let first = self.lines.next()?;
+        let mut next = Some(first);
+        while let Some(line) = next {
+            let text = line.text.split(|&byte| byte == b'#').next().unwrap_or_default();
+            let going_on = text.trim_ascii_end().strip_suffix(b"\\");
+            words.extend(placed_words(going_on.unwrap_or(text), line.start));
+            next = going_on.and_then(|_| self.lines.next());
+        }
+        Some(first.number)
+    }
+}
+
 /// Reads three coordinates; a weight or a color behind them is skipped.
-fn position<'a>(
-    line: usize,
-    mut words: impl Iterator<Item = &'a [u8]>,
-) -> Result<DVec3, ReadError> {
+fn position(line: usize, words: &[PlacedWord<'_>]) -> Result<DVec3, ReadError> {
     let mut position = DVec3::ZERO;
     for axis in 0..3 {
-        let Some(word) = words.next() else {
+        let Some(word) = words.get(axis) else {
             return Err(OBJ.on_line(line, "a vertex needs three coordinates"));
         };
-        position[axis] = number_on(line, word)?;
+        position[axis] = number_on(line, word.text)?;
     }
     Ok(position)
 }

@@ -263,3 +263,25 @@ fn stated_spaces_are_read() {
         assert_eq!(parse_mesh(file, extension).expect("a mesh").space, None);
     }
 }
+
+/// A statement of OBJ goes on behind a backslash, and ends at a comment.
+#[test]
+fn statements_of_obj_go_on_in_the_next_line() {
+    let text = "v 0 0 0 # a \\\nv 1 0 \\\n0.0\nv 0 \\\r\n 0.5 \\\n0 1 # b\nf 1 \\\n\\\n 2 # c\nf 1 2 3#d\n";
+    let expected = text.replacen("f 1 \\\n\\\n 2 # c\n", "", 1);
+    let mesh = parse_mesh(expected.as_bytes(), "obj").expect("a mesh");
+    assert_eq!((&mesh.positions[..], &mesh.faces[..]), (&CORNERS[..], &[[0, 1, 2]][..]));
+    let same = replace_positions(expected.as_bytes(), "obj", &CORNERS).expect("a file");
+    assert!(same == expected.as_bytes(), "{same:?}");
+    let moved = CORNERS.map(|x| x * 0.5);
+    let written = replace_positions(expected.as_bytes(), "obj", &moved).expect("a file");
+    assert_eq!(parse_mesh(&written, "obj").expect("a mesh").positions, moved);
+
+    // A refusal names the line at which the statement begins.
+    let refused = refusal(parse_mesh(text.as_bytes(), "obj"));
+    assert_eq!(refused, "face 0 has 2 corners, fewer than a triangle");
+    let refused = refusal(parse_mesh(text.replace(" 2 # c", " two").as_bytes(), "obj"));
+    assert_eq!(refused, "OBJ file: line 7: 'two' is not a number");
+    let cut = refusal(parse_mesh(b"v 0 0 \\\n", "obj"));
+    assert_eq!(cut, "OBJ file: line 1: a vertex needs three coordinates");
+}
