@@ -53,7 +53,7 @@ Exit status:
   2    input or usage is wrong
   3    an output cannot be written
   130  interrupted
-With 2 and above no file is changed.";
+With 2 and above no file is changed but a --cache.";
 
 /// Runs the program with the arguments of the command line.
 #[must_use]
