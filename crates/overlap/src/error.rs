@@ -30,7 +30,7 @@ pub enum JointContactError {
     },
     /// The elastic foundation is out of range.
     #[error(
-        "a layer of modulus {youngs_modulus} and thickness {thickness} (both must be above 0) with Poisson's ratio {poissons_ratio} (must be between -1 and 0.5)"
+        "a layer of modulus {youngs_modulus:?} (must be between 1e-60 and 1e60) and thickness {thickness:?} (must be between 1e-90 and 1e30) with Poisson's ratio {poissons_ratio} (must be above -1 and below 0.5)"
     )]
     Foundation {
         /// Young's modulus.

@@ -1,5 +1,9 @@
 //! Elastic foundation: contact pressure of a layer of cartilage from the depth at one point.
 
+use std::ops::RangeInclusive;
+
+use surface::{MAX_COORDINATE, MIN_SIZE};
+
 use crate::error::JointContactError;
 
 /// Bed of springs that stands for an elastic layer on a rigid ground.
@@ -20,11 +24,11 @@ use crate::error::JointContactError;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ElasticFoundation {
-    /// Young's modulus, `> 0`, as force per area.
+    /// Young's modulus, from 1e-60 to 1e60, as force per area.
     pub youngs_modulus: f64,
     /// Poisson's ratio, `> −1` and `< 0.5`.
     pub poissons_ratio: f64,
-    /// Thickness of the layer, `> 0`, in the length unit.
+    /// Thickness of the layer, from 1e-90 to 1e30, in the length unit.
     pub thickness: f64,
     /// Dependence of the pressure on the strain.
     pub law: FoundationLaw,
@@ -44,18 +48,25 @@ pub enum FoundationLaw {
     Logarithmic,
 }
 
+/// Moduli of which loads are numbers. A load is at most 1e16 moduli, as Poisson's ratio nears 1/2, times
+/// the strain, which is at most 1e121, times the area of a surface and the distance of its center.
+const MODULI: RangeInclusive<f64> = 1e-60..=1e60;
+
+/// Thicknesses of layers: the range of coordinates.
+const THICKNESSES: RangeInclusive<f64> = MIN_SIZE..=MAX_COORDINATE;
+
 impl ElasticFoundation {
     /// Checks that the parameters are in their ranges.
     ///
     /// # Errors
     ///
-    /// [`JointContactError::Foundation`] when the modulus or the thickness is not above 0, or
-    /// Poisson's ratio not between −1 and 0.5.
+    /// [`JointContactError::Foundation`] when the modulus, the thickness or Poisson's ratio is out of its
+    /// range. Beyond, loads would leave the range of numbers.
     pub fn validate(&self) -> Result<(), JointContactError> {
         let Self { youngs_modulus, poissons_ratio, thickness, .. } = *self;
-        let is_positive = |value: f64| value.is_finite() && value > 0.0;
         let is_material = poissons_ratio > -1.0 && poissons_ratio < 0.5;
-        if is_positive(youngs_modulus) && is_positive(thickness) && is_material {
+        let is_load = MODULI.contains(&youngs_modulus) && THICKNESSES.contains(&thickness);
+        if is_load && is_material {
             return Ok(());
         }
         Err(JointContactError::Foundation { youngs_modulus, poissons_ratio, thickness })

@@ -204,13 +204,15 @@ fn a_motion_has_the_contact_of_every_frame() {
 #[test]
 fn parameters_out_of_range_are_refused() {
     let workshop = workshop(&ball(1.0));
-    let cases: [(&[&str], &str); 7] = [
+    let cases: [(&[&str], &str); 9] = [
         (&["--joint-contact", "-1"], "the contact margin is -1"),
         (&["--joint-contact", "1", "--joint-resolution", "0"], "the resolution is 0"),
         (&["--joint-contact", "1", "--joint-resolution", "1e-9"], "cells; 1e8 are allowed"),
         (&["--joint-contact", "1", "--foundation", "5,0.4"], "expected three numbers"),
         (&["--joint-contact", "1", "--foundation", "5,x,1"], "'x' is no number"),
         (&["--joint-contact", "1", "--foundation", "5,0.5,1"], "Poisson's ratio 0.5"),
+        (&["--joint-contact", "1", "--foundation", "1e300,0.4,1"], "between 1e-60 and 1e60"),
+        (&["--joint-contact", "1", "--foundation", "5,0.4,1e-300"], "between 1e-90 and 1e30"),
         (&["--foundation", "5,0.4,2"], "--joint-contact"),
     ];
     workshop.refuses("check", &cases, &["ball.obj", "ground.obj", "--json", "o.json"]);

@@ -130,9 +130,47 @@ fn parameters_out_of_range_are_refused_by_value() {
     assert_eq!(refused(params(1.0, 0.0)), JointContactError::Resolution { resolution: 0.0 });
     assert!(matches!(refused(params(1.0, 1e-9)), JointContactError::TooFine { .. }));
     let law = FoundationLaw::Logarithmic;
-    let layer = ElasticFoundation { youngs_modulus: 5.0, poissons_ratio: 0.5, thickness: 2.0, law };
-    let params = JointContactParams { foundation: Some(layer), ..params(1.0, 0.1) };
-    assert!(matches!(refused(params), JointContactError::Foundation { .. }));
+    for [youngs_modulus, poissons_ratio, thickness] in [
+        [5.0, 0.5, 2.0],
+        [0.0, 0.4, 2.0],
+        [5.0, 0.4, f64::NAN],
+        // Pressures and forces would be infinite, or no numbers.
+        [1e61, 0.4, 2.0],
+        [1e-61, 0.4, 2.0],
+        [5.0, 0.4, 1e-91],
+        [5.0, 0.4, 1e31],
+    ] {
+        let layer = ElasticFoundation { youngs_modulus, poissons_ratio, thickness, law };
+        let params = JointContactParams { foundation: Some(layer), ..params(1.0, 0.1) };
+        assert!(matches!(refused(params), JointContactError::Foundation { .. }), "{layer:?}");
+    }
+}
+
+/// At the ends of the ranges, of material and size, every measure is a number.
+#[test]
+fn loads_of_extreme_layers_are_finite() {
+    let (small, large) = (1e-80, 1e28);
+    for (size, youngs_modulus, thickness, poissons_ratio) in [
+        (large, 1e60, 1e-90, 0.499_999_999_999_999_9),
+        (large, 1e-60, 1e30, 0.4),
+        (1.0, 1e60, 1e-90, 0.4),
+        (1.0, 1e-60, 1e30, 0.4),
+        (small, 1e60, 1e-90, 0.4),
+        (small, 1e-60, 1e-90, -0.999),
+    ] {
+        let [a, b] = [cube(1.0), ground()].map(|mesh| mesh.scaled(DVec3::splat(size)));
+        for law in [FoundationLaw::Linear, FoundationLaw::Logarithmic] {
+            let layer = ElasticFoundation { youngs_modulus, poissons_ratio, thickness, law };
+            let params = JointContactParams { foundation: Some(layer), ..params(0.0, 0.5 * size) };
+            for JointContact { total, .. } in contact(&a, &b, &params) {
+                let vectors = [total.force, total.center_of_pressure, total.center];
+                let numbers = [total.area, total.mean_pressure, total.max_pressure];
+                let is_finite = vectors.iter().all(|vector| vector.is_finite());
+                assert!(is_finite && numbers.iter().all(|x| x.is_finite()), "{layer:?}: {total:?}");
+                assert!(total.area > 0.0 && total.max_pressure > 0.0, "{layer:?}: {total:?}");
+            }
+        }
+    }
 }
 
 /// Sums of the reference: cells as they are defined, each against every face of the other body.
