@@ -191,6 +191,9 @@ fn detection_text(detection: &Detection, plan: &Plan, is_motion: bool) -> String
     text
 }
 
+/// Largest budget in milliseconds, which a duration holds.
+const MAX_BUDGET: f64 = 1e20;
+
 /// Finds a body that `--force` names.
 fn find_forced(scene: &Scene, name: &str) -> Result<BodyId, Failure> {
     let unknown = || Failure::new(format!("--force: no body is named '{name}'"));
@@ -203,6 +206,11 @@ impl PlanArguments {
         let mut forced = Vec::new();
         for ForcedPair { a, b, method } in &self.force {
             let pair = PairId::new(find_forced(scene, a)?, find_forced(scene, b)?);
+            if forced.iter().any(|other: &ForcedMethod| other.pair == pair) {
+                let [a, b] = scene.names(pair);
+                let problem = format!("--force: the pair {a} and {b} is given more than once");
+                return Err(Failure::new(problem));
+            }
             forced.push(ForcedMethod { pair, method: *method });
         }
         Ok(forced)
@@ -211,9 +219,14 @@ impl PlanArguments {
     /// Returns the budget of a frame.
     fn budget(&self) -> Result<Option<Duration>, Failure> {
         let Some(milliseconds) = self.budget else { return Ok(None) };
-        let budget = Duration::try_from_secs_f64(milliseconds / 1e3);
-        let problem = format!("budget is {milliseconds} ms, but must be at least 0");
-        Ok(Some(budget.map_err(|_| Failure::new(problem))?))
+        match Duration::try_from_secs_f64(milliseconds / 1e3) {
+            Ok(budget) if milliseconds <= MAX_BUDGET => Ok(Some(budget)),
+            _ => {
+                let problem =
+                    format!("budget is {milliseconds} ms, but must be at least 0 and at most 1e20");
+                Err(Failure::new(problem))
+            }
+        }
     }
 
     fn params(&self) -> PlanParams {

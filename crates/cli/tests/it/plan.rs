@@ -165,6 +165,7 @@ fn needs_that_mean_nothing_are_refused_by_name() {
         ("--margin", "-1", "margin is -1, but must be finite and at least 0"),
         ("--max-displacement", "-1", "max_displacement is -1, but must be at least 0"),
         ("--budget", "-1", "budget is -1 ms, but must be at least 0"),
+        ("--budget", "1e25", " ms, but must be at least 0 and at most 1e20"),
     ] {
         let mut arguments = vec!["bone.obj", "muscle.obj", option, value];
         if option != "--tolerance" {
@@ -173,6 +174,22 @@ fn needs_that_mean_nothing_are_refused_by_name() {
         let run = workshop.run("plan", &arguments);
         assert_eq!(run.status, 2, "{}", run.stdout);
         assert!(run.stderr.contains(part), "{part}: {}", run.stderr);
+    }
+}
+
+/// Of two methods for one pair, one would hold without a word.
+#[test]
+fn a_pair_is_forced_once() {
+    let workshop = workshop();
+    let arguments =
+        ["bone.obj", "muscle.obj", "--tolerance", "0.5", "--force", "bone,muscle,exact"];
+    let forced =
+        |other: &str| workshop.run("plan", &[&arguments[..], &["--force", other]].concat());
+    for other in ["muscle,bone,coarse", "bone,muscle,exact"] {
+        let run = forced(other);
+        assert_eq!(run.status, 2, "{}", run.stdout);
+        let problem = "--force: the pair bone and muscle is given more than once";
+        assert!(run.stderr.contains(problem), "{}", run.stderr);
     }
 }
 
