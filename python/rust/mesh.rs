@@ -4,7 +4,7 @@ use std::ffi::CString;
 use std::fs;
 use std::path::PathBuf;
 
-use mesh_io::MeshFormat;
+use mesh_io::{MeshFormat, Space};
 use numpy::PyArray2;
 use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
@@ -12,8 +12,8 @@ use pyo3::prelude::*;
 use crate::arrays::{Faces, Points, corners, point_array, points, row_array, surface};
 use crate::error::{refused, unreadable};
 
-/// Vertices and faces of a mesh.
-type Mesh<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<u32>>);
+/// Vertices and faces of a mesh, and the name of the space that its file states.
+type Mesh<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<u32>>, Option<String>);
 
 /// Level of the frame that warnings are of: that which calls the package.
 const CALLER: i32 = 2;
@@ -28,17 +28,20 @@ pub(crate) fn read_mesh(py: Python<'_>, path: PathBuf) -> PyResult<Mesh<'_>> {
         let warning = CString::new(format!("{}: {rest}", path.display())).map_err(refused)?;
         PyErr::warn(py, &py.get_type::<PyUserWarning>(), &warning, CALLER)?;
     }
-    Ok((point_array(py, &mesh.positions), row_array(py, &mesh.faces)))
+    let space = mesh.space.map(|space| space.to_string());
+    Ok((point_array(py, &mesh.positions), row_array(py, &mesh.faces), space))
 }
 
-/// Writes a mesh in the format of the path's extension.
+/// Writes a mesh in the format of the path's extension, which states the space that is named.
 #[pyfunction]
 pub(crate) fn write_mesh(
     py: Python<'_>,
     path: PathBuf,
     vertices: Points<'_>,
     faces: Faces<'_>,
+    space: Option<String>,
 ) -> PyResult<()> {
+    let space = space.as_deref().map(named).transpose()?;
     let Some(format) = MeshFormat::of(&path) else {
         let shown = path.display();
         return Err(unreadable(format!("{shown}: expected .ply, .obj, .off, .stl or .vtp")));
@@ -51,7 +54,16 @@ pub(crate) fn write_mesh(
             return Err(refused("the mesh has no faces"));
         }
         surface.positions(positions).map_err(|error| refused(format!("the mesh: {error}")))?;
-        let written = fs::write(&path, format.encode(positions, surface.faces(), None));
+        let written = fs::write(&path, format.encode(positions, surface.faces(), space));
         written.map_err(|error| unreadable(format!("{}: {error}", path.display())))
+    })
+}
+
+/// Returns the space of a name.
+fn named(name: &str) -> PyResult<Space> {
+    let spaces = [Space::LeftPosteriorSuperior, Space::RightAnteriorSuperior];
+    let space = spaces.into_iter().find(|space| space.to_string() == name);
+    space.ok_or_else(|| {
+        refused(format!("space is '{}': expected 'LPS' or 'RAS'", mesh_io::escaped(name)))
     })
 }

@@ -1,7 +1,9 @@
 """Fields, medial surfaces, files, and the program's answers."""
 
+import copy
 import csv
 import json
+import pickle
 import subprocess
 import tomllib
 import warnings
@@ -11,7 +13,17 @@ import pytest
 from conftest import REPOSITORY, box, sphere
 
 import musculo_collide
-from musculo_collide import DistanceField, FileError, InputError, Scene, medial, read_mesh, write_mesh
+from musculo_collide import (
+    DistanceField,
+    FileError,
+    InputError,
+    InputTypeError,
+    Mesh,
+    Scene,
+    medial,
+    read_mesh,
+    write_mesh,
+)
 
 
 def test_a_field_of_a_ball_has_its_distances(tmp_path):
@@ -79,6 +91,24 @@ def test_meshes_survive_files(tmp_path, extension):
     write_mesh(path, *mesh)
     again = read_mesh(path)
     assert np.array_equal(again.vertices[again.faces], mesh.vertices[mesh.faces])
+
+
+@pytest.mark.parametrize("extension", ["ply", "obj", "off", "stl", "vtp"])
+def test_meshes_state_their_space(tmp_path, extension):
+    path = tmp_path / f"box.{extension}"
+    x, faces = box((0, 0, 0), (1, 2, 3))
+    for space in (None, "LPS", "RAS"):
+        write_mesh(path, x, faces, space=space)
+        mesh = read_mesh(path)
+        assert mesh.space == space and Mesh(*mesh).space is None
+        for again in (pickle.loads(pickle.dumps(mesh)), copy.copy(mesh)):
+            assert again == mesh and again.space == space
+        assert len(mesh) == 2 and mesh.to_dict().keys() == {"vertices", "faces"}
+    with pytest.raises(InputError, match="space is 'ras'"):
+        write_mesh(path, x, faces, space="ras")
+    with pytest.raises(InputTypeError, match="space"):
+        write_mesh(path, x, faces, space=5)
+    assert read_mesh(path).space == "RAS"
 
 
 def test_what_a_file_holds_beside_its_mesh_is_a_warning(tmp_path):

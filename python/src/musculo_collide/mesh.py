@@ -24,9 +24,13 @@ class _Mesh(NamedTuple):
 
 
 class Mesh(ArrayTuple, _Mesh):
-    """Triangle mesh."""
+    """Triangle mesh: vertices and faces, and the space of the file that it was read from."""
 
-    __slots__ = ()
+    space: str | None = None
+    """Directions of the axes, ``"LPS"`` or ``"RAS"``, where a file states them as 3D Slicer does.
+
+    Meshes in different spaces do not belong into one scene: x and y have the other sign.
+    """
 
     def to_table(self) -> Table:
         """Return columns with one row per vertex."""
@@ -37,17 +41,31 @@ class Mesh(ArrayTuple, _Mesh):
 def read_mesh(path: str | os.PathLike[str]) -> Mesh:
     """Read a mesh file, with a warning where it holds more than a mesh.
 
-    Formats are PLY, OBJ, OFF, STL, VTP, VTU, VTK, MSH and INP; of volume meshes, the surface is read.
+    ``space`` of the mesh is what the file states, ``None`` where it states nothing; vertices are as the
+    file has them. Formats are PLY, OBJ, OFF, STL, VTP, VTU, VTK, MSH and INP; of volume meshes, the surface is read.
     """
-    return Mesh(*_native.read_mesh(_checks.path(path)))
+    vertices, faces, space = _native.read_mesh(_checks.path(path))
+    mesh = Mesh(vertices, faces)
+    mesh.space = space
+    return mesh
 
 
 def write_mesh(
-    path: str | os.PathLike[str], vertices: npt.ArrayLike, faces: npt.ArrayLike
+    path: str | os.PathLike[str],
+    vertices: npt.ArrayLike,
+    faces: npt.ArrayLike,
+    *,
+    space: str | None = None,
 ) -> None:
-    """Write a mesh as PLY, OBJ, OFF, STL or VTP, by the path's extension."""
+    """Write a mesh as PLY, OBJ, OFF, STL or VTP, by the path's extension.
+
+    ``space`` is ``"LPS"`` or ``"RAS"`` where the file is to state it. 3D Slicer takes files that state none
+    for LPS.
+    """
     x = _arrays.points(vertices, "vertices")
-    _native.write_mesh(_checks.path(path), x, _arrays.faces(faces, "faces"))
+    if space is not None:
+        space = _checks.instance(space, str, "space", "'LPS' or 'RAS'")
+    _native.write_mesh(_checks.path(path), x, _arrays.faces(faces, "faces"), space)
 
 
 def from_trimesh(mesh: trimesh.Trimesh) -> Mesh:
