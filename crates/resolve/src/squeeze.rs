@@ -4,7 +4,7 @@ use glam::DVec3;
 use kdop::Workspace;
 use proximity::{ClosestPoint, NearVertex, SeparationBounds, SurfaceTree};
 use scene::{BodyId, PairId, PairReport};
-use surface::triangle;
+use surface::{closest_on_triangle, triangle};
 
 use crate::resolution::{Obstacle, Remaining};
 use crate::run::Run;
@@ -79,11 +79,12 @@ impl Run<'_> {
             let [soft_id, rigid_id] = [soft, rigid].map(|side: usize| pair.bodies()[side]);
             let Some((tissue, wall)) = self.tissue_and_wall(soft_id, rigid_id) else { continue };
 
-            // The thickness at the start.
+            // The thickness at the start, across the nearest face.
             let workspace = &mut Workspace::default();
             let at_rest = self.tree_at_rest(tissue)?;
-            let [vertex, ..] = tissue.corners(nearest.faces[soft]);
-            let thickness = tissue.thickness_at(&at_rest, vertex, workspace)?;
+            let (face, point) = (nearest.faces[soft], nearest.points[soft]);
+            let foot = closest_on_triangle(point, self.scene.body(soft_id).corners(face));
+            let thickness = tissue.thickness_across(&at_rest, face, foot.barycentric, workspace)?;
 
             // The nearest wall on the other side of the body, seen from this wall.
             let foot = nearest.points[rigid];

@@ -15,6 +15,10 @@ use surface::{TriangleSurface, mean_edge, parallel, triangle, vertex_areas, vert
 use crate::ResolveParams;
 use crate::count::as_f64;
 
+/// Share of the way to the middle of its face that a point on an edge is moved, to be within the face. Far below, rays
+/// from there run along other faces by rounding; above, they begin elsewhere.
+const OFF_EDGES: f64 = 1e-3;
+
 /// One body at rest, with the links between its vertices and its displacement in a round.
 #[derive(Debug)]
 pub(crate) struct Tissue {
@@ -45,7 +49,7 @@ pub(crate) struct Tissue {
     pub(crate) is_inside_itself: Vec<bool>,
     /// Mean length of the edges at rest.
     pub(crate) mean_edge: f64,
-    /// Signed volume at rest; `None` where the body has no inside.
+    /// Signed volume at rest; `None` where the body has no inside, or none beyond rounding.
     pub(crate) volume: Option<f64>,
     /// Links of each vertex along edges, |V|.
     links: Vec<Vec<Link>>,
@@ -162,9 +166,16 @@ impl Tissue {
 
         // A volume to keep, where there is one.
         if tree.has_inside().is_ok() {
-            tissue.volume = Some(tissue.volume_at(x));
+            tissue.volume = Some(tissue.volume_at(x)).filter(|volume| tissue.is_volume(*volume));
         }
         tissue
+    }
+
+    /// Returns true if a volume at rest is more than the rounding of coordinates: sheets of two layers have none.
+    fn is_volume(&self, volume: f64) -> bool {
+        let coordinates = self.rest.iter().map(|x| x.abs().max_element());
+        let rounding = f64::EPSILON * coordinates.fold(0.0, f64::max);
+        volume.abs() > rounding * self.areas.iter().sum::<f64>()
     }
 
     /// Returns true if the faces are turned inward, so that the volume they enclose is negative.
@@ -262,6 +273,25 @@ impl Tissue {
         let inward = -self.rest_normals[vertex as usize];
         let (from, far) = (at_rest.position(vertex), f64::MAX.sqrt());
         Some(Strut::find(at_rest, from, Some(vertex), inward, far, workspace)?.length())
+    }
+
+    /// Computes how thick the body at rest is under a point of a face, given by the weights of its corners,
+    /// across that face; `None` where it is open.
+    pub(crate) fn thickness_across(
+        &self,
+        at_rest: &SurfaceTree,
+        face: u32,
+        weights: [f64; 3],
+        workspace: &mut Workspace,
+    ) -> Option<f64> {
+        // A ray from a corner would run along the faces beside it.
+        let corners = at_rest.corners(face);
+        let mut from = DVec3::ZERO;
+        for (corner, weight) in corners.into_iter().zip(weights) {
+            from += (weight + OFF_EDGES * (1.0 / 3.0 - weight)) * corner;
+        }
+        let (inward, far) = (-triangle::unit_normal(corners), f64::MAX.sqrt());
+        Some(Strut::find(at_rest, from, None, inward, far, workspace)?.length())
     }
 
     /// Returns true if a vertex moves in this round.

@@ -1,9 +1,10 @@
 //! Scenes that have no solution, each answered with the reason.
 
-use fixtures::shapes;
+use fixtures::{Mesh, shapes};
 use glam::DVec3;
 use resolve::{
-    Conditions, GapObstacle, Obstacle, Resolution, ResolveError, ResolveParams, Resolver, Tie,
+    Conditions, FixedVertices, GapObstacle, Obstacle, Resolution, ResolveError, ResolveParams,
+    Resolver, Tie,
 };
 use scene::{BodyKind, Scene, SceneError};
 use surface::progress::Progress;
@@ -138,6 +139,52 @@ fn a_squeeze_without_room_is_named_with_its_numbers() {
     let [room, thickness, gap] = squeezed.expect("between two bones");
     assert!((room - 1.0).abs() < 0.05 && gap > 0.0, "{room}");
     assert!(thickness > 1.0 && thickness <= 4.0, "{thickness}");
+}
+
+/// A block of eight corners, whose normals lead along its diagonals: it is 4 thick.
+#[test]
+fn a_block_that_is_held_in_a_bone_is_not_squeezed_where_it_fits() {
+    let bone = shapes::plate(DVec3::new(20.0, 20.0, 2.0), [6, 6]);
+    for (room, is_squeezed) in [(6.0, false), (4.1, true)] {
+        let mut scene = scene_of([
+            ("below", BodyKind::Rigid, bone.clone().translated(-DVec3::Z)),
+            ("muscle", BodyKind::Deformable, shapes::cube(4.0).translated(1.5 * DVec3::Z)),
+            ("above", BodyKind::Rigid, bone.clone().translated((room + 1.0) * DVec3::Z)),
+        ]);
+        let muscle = scene.find("muscle").expect("a body");
+        let fixed = vec![FixedVertices { body: muscle, vertices: (0..8).collect() }];
+        let conditions = Conditions { fixed, ..Conditions::default() };
+        let mut resolver = Resolver::new(ResolveParams { gap: 0.1, ..WITH_GAP })
+            .expect("parameters")
+            .with_conditions(conditions);
+        let resolution = resolver.resolve(&mut scene, Progress::none()).expect("a resolution");
+        let [short] = resolution.gap.short[..] else { panic!("{:?}", resolution.gap) };
+        match short.obstacle {
+            GapObstacle::Squeezed { room: found, thickness, gap } => {
+                let numbers = DVec3::new(found, thickness, gap);
+                assert!((numbers - DVec3::new(room, 4.0, 0.1)).length() < 1e-9, "{numbers}");
+                assert!(is_squeezed, "{numbers}");
+            }
+            obstacle => assert!(!is_squeezed, "{obstacle}"),
+        }
+    }
+}
+
+/// The two layers of a closed sheet without thickness: what its volume becomes is no multiple of what it was.
+#[test]
+fn a_sheet_of_two_layers_has_no_volume_to_keep() {
+    for turns in [0.0, 0.17] {
+        let turned = |mesh: Mesh| mesh.rotated(DVec3::new(1.0, 2.0, -3.0).normalize(), turns);
+        let sheet = shapes::plate(DVec3::new(12.0, 12.0, 0.0), [6, 6]);
+        let bone = shapes::icosphere(5.0, 2).translated(-4.8 * DVec3::Z);
+        let mut scene = scene_of([
+            ("bone", BodyKind::Rigid, turned(bone)),
+            ("sheet", BodyKind::Deformable, turned(sheet)),
+        ]);
+        let resolution = resolve_within_limits(&mut scene);
+        assert_eq!(resolution.bodies[1].volume_ratio, None, "turned by {turns}");
+        assert!(resolution.broken_limits.iter().all(|broken| broken.volume_change == 0.0));
+    }
 }
 
 #[test]
