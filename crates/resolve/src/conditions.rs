@@ -57,6 +57,19 @@ impl Conditions {
         Ok(())
     }
 
+    /// Marks the bodies that are not rounded.
+    pub(crate) fn keep_unrounded(
+        &self,
+        scene: &Scene,
+        tissues: &mut [Tissue],
+    ) -> Result<(), ResolveError> {
+        for id in &self.unrounded {
+            scene.get(*id)?;
+            tissues[id.index()].is_written_single = false;
+        }
+        Ok(())
+    }
+
     /// Marks the bodies that are to be uncrossed. The trees of all bodies are up to date.
     pub(crate) fn uncross(
         &self,

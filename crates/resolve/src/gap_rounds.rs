@@ -311,11 +311,9 @@ impl Run<'_> {
 
     /// Rounds the positions of soft bodies to the written precision, if a gap is to hold in it.
     pub(crate) fn round_positions(&mut self) -> Result<(), ResolveError> {
-        if !self.params.rounds_to_single() {
-            return Ok(());
-        }
         for number in 0..self.tissues.len() {
-            if !self.tissues[number].is_rigid {
+            let tissue = &self.tissues[number];
+            if tissue.is_written_single && !tissue.is_rigid {
                 // Self-crossings are counted where they are written: a count of moved tissue stays.
                 let x = self.scene.bodies()[number].positions();
                 let counted = self.tissues[number].counted_crossings;

@@ -58,6 +58,8 @@ mod free_step;
 mod gap_rounds;
 mod held;
 mod held_overlaps;
+#[cfg(feature = "serde")]
+mod infinite;
 mod limits;
 mod near_pairs;
 mod occurrences;

@@ -45,7 +45,8 @@ pub struct ResolveParams {
 ///
 /// Positions of soft bodies are rounded to it *before* limits are examined and distances proved, so
 /// that both hold in the file. Rigid bodies are not changed: their distances are proved at rounded
-/// positions. Without a gap nothing is rounded, and surfaces that touch may cross in the file.
+/// positions. Without a gap nothing is rounded, and surfaces that touch may cross in the file. Nor is a body
+/// that is to stay [unrounded](Conditions::unrounded).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "lowercase"))]
@@ -71,6 +72,10 @@ pub struct Conditions {
     /// Closed bodies whose parts are to come apart where they cross each other. Of all others,
     /// self-crossings may not become more.
     pub uncrossed: Vec<BodyId>,
+    /// Bodies whose files hold positions as they are, also where those of others are
+    /// [rounded](ResolveParams::precision).
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub unrounded: Vec<BodyId>,
 }
 
 /// Stiffness of one body: bodies share an overlap in inverse proportion to it.

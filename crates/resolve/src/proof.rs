@@ -6,12 +6,12 @@ use scene::PairId;
 use surface::parallel;
 use surface::progress::Interrupted;
 
+use crate::ResolveError;
 use crate::damage::rounded_to_single;
 use crate::resolution::{DistanceBracket, GapObstacle, GapProof, ShortGap};
 use crate::run::Run;
 use crate::squeeze::Squeeze;
 use crate::tissue::fitted_tree;
-use crate::{ResolveError, WrittenPrecision};
 
 impl Run<'_> {
     /// Brackets the distance of every pair that may be nearer than the gap, at the positions that
@@ -100,9 +100,9 @@ impl Run<'_> {
     /// Builds the trees of rigid bodies that rounding moves; `None` for all others.
     fn rounded_rigid_trees(&self) -> Result<Vec<Option<SurfaceTree>>, ResolveError> {
         let mut trees = Vec::new();
-        for body in self.scene.bodies() {
+        for (tissue, body) in self.tissues.iter().zip(self.scene.bodies()) {
             let mut tree = None;
-            if body.is_rigid() && self.params.precision == WrittenPrecision::Single {
+            if tissue.is_rigid && tissue.is_written_single {
                 let x = rounded_to_single(body.positions());
                 if x != body.positions() {
                     let mut moved = fitted_tree(body).clone();

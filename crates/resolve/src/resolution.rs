@@ -7,11 +7,11 @@ use scene::{BodyId, DepthBracket, PairId, PairReport, Scene};
 use surface::parallel;
 use surface::progress::{Interrupted, Progress};
 
-use crate::ResolveParams;
 use crate::damage::self_crossings_at;
 use crate::near_pairs::{NearPair, NearPairs};
 use crate::round::Round;
 use crate::tissue::{Tissue, fitted_tree};
+use crate::{ResolveError, ResolveParams};
 
 /// State of a scene before a round that opens the gap.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -23,7 +23,8 @@ pub struct GapRound {
     pub short_features: usize,
     /// Sum of what these are missing.
     pub missing: f64,
-    /// Smallest distance of two features; infinite where none are near.
+    /// Smallest distance of two features; infinite where none are near, which is serialized as none.
+    #[cfg_attr(feature = "serde", serde(with = "crate::infinite"))]
     pub min_distance: f64,
     /// Largest relative change of a soft body's volume.
     pub volume_change: f64,
@@ -132,7 +133,7 @@ pub struct BodyChange {
     pub moved: usize,
     /// Length of the longest displacement.
     pub max_displacement: f64,
-    /// Volume over the volume at the start; `None` where the body has no inside.
+    /// Volume over the volume at the start; `None` where the body has no inside, or no volume beyond rounding.
     pub volume_ratio: Option<f64>,
     /// Largest change of an edge's length over its length, or over the mean edge of the body where
     /// that is longer.
@@ -369,6 +370,32 @@ impl BodyChange {
     ) -> Result<Vec<Self>, Interrupted> {
         let new = |i| Self::new(&tissues[i], fitted_tree(&scene.bodies()[i]), progress);
         parallel::map(tissues.len(), new).into_iter().collect()
+    }
+
+    /// Measures the change of a body from its positions at the `start` to its present ones, such as those that a
+    /// file holds: [`Resolution::bodies`] are of the positions that overlap removal has led to.
+    ///
+    /// # Errors
+    ///
+    /// [`ResolveError::Scene`] for a body of another scene, and for positions that do not fit it;
+    /// [`ResolveError::Interrupted`] when the handler of `progress` ends the call.
+    pub fn since(
+        scene: &mut Scene,
+        body: BodyId,
+        start: &[DVec3],
+        progress: Progress<'_>,
+    ) -> Result<Self, ResolveError> {
+        scene.fit_all()?;
+        let (id, body) = (body, scene.get(body)?);
+        let mut at_start = Scene::new();
+        at_start.add(body.name(), body.kind(), body.surface().clone(), start.to_vec())?;
+        at_start.fit_all()?;
+
+        // Parameters change nothing of what is measured.
+        let params = ResolveParams::with_smoothing(1.0);
+        let tree = fitted_tree(&at_start.bodies()[0]);
+        let tissue = Tissue::new(id, body.is_rigid(), tree, &params);
+        Ok(Self::new(&tissue, fitted_tree(body), progress)?)
     }
 
     fn new(

@@ -120,6 +120,7 @@ impl<'a> Run<'a> {
         let mut tissues = Tissue::of_bodies(scene, &params, start)?;
         conditions.fix(&mut tissues)?;
         conditions.stiffen(scene, &mut tissues)?;
+        conditions.keep_unrounded(scene, &mut tissues)?;
         for tissue in &mut tissues {
             tissue.is_held = held.contains(&tissue.id);
         }

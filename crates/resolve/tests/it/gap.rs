@@ -6,8 +6,8 @@ use glam::DVec3;
 use kdop::Workspace;
 use proximity::{SeparationBounds, SurfaceTree};
 use resolve::{
-    Conditions, FixedVertices, GapObstacle, Resolution, ResolveError, ResolveParams, Resolver, Tie,
-    WrittenPrecision,
+    BodyChange, Conditions, FixedVertices, GapObstacle, Resolution, ResolveError, ResolveParams,
+    Resolver, Tie, WrittenPrecision,
 };
 use scene::{BodyId, BodyKind, PairId, Scene};
 use surface::closest_between_triangles;
@@ -163,6 +163,48 @@ fn the_gap_holds_at_the_written_precision() {
     assert_ne!(scene.body(a).positions(), rounded, "the bone itself stays");
     scene.move_body(a, &rounded).expect("finite");
     assert!(brute_distance(&scene, a, b) >= GAP);
+}
+
+/// Two muscles beside a bone, of which one is written in double precision, and held at half of its vertices.
+#[test]
+fn what_is_written_in_double_precision_is_not_rounded() {
+    let far = DVec3::new(70.3, -65.1, 80.7);
+    let ball = |at: DVec3| shapes::icosphere(10.0, 2).translated(far + at);
+    let mut scene = scene_of([
+        ("bone", BodyKind::Rigid, ball(DVec3::ZERO)),
+        ("single", BodyKind::Deformable, ball(19.7 * DVec3::X)),
+        ("double", BodyKind::Deformable, ball(19.8 * DVec3::Y)),
+    ]);
+    let [_, single, double] =
+        ["bone", "single", "double"].map(|name| scene.find(name).expect("a body"));
+    let start = scene.body(double).positions().to_vec();
+    let is_held = |vertex: u32| start[vertex as usize].y > far.y + 19.8;
+    let vertices = (0..).take(start.len()).filter(|vertex| is_held(*vertex)).collect();
+    let conditions = Conditions {
+        fixed: vec![FixedVertices { body: double, vertices }],
+        unrounded: vec![double],
+        ..Conditions::default()
+    };
+    let params = ResolveParams { precision: WrittenPrecision::Single, ..WITH_GAP };
+    let mut resolver = Resolver::new(params).expect("parameters").with_conditions(conditions);
+    let resolution = resolver.resolve(&mut scene, Progress::none()).expect("a resolution");
+    assert!(resolution.resolved, "{:?}", resolution.gap);
+
+    let is_rounded = |x: &DVec3| x.as_vec3().as_dvec3() == *x;
+    assert!(scene.body(single).positions().iter().all(is_rounded));
+    let (mut held, mut moved) = (0, 0);
+    for (vertex, (x, start)) in (0..).zip(scene.body(double).positions().iter().zip(&start)) {
+        assert!(x == start || !is_held(vertex), "{vertex} moved");
+        held += usize::from(is_held(vertex));
+        moved += usize::from(x != start);
+    }
+    assert!(held > 70 && moved > 9 && moved == resolution.bodies[2].moved, "{held} {moved}");
+
+    // Of the files, the same is measured.
+    let change = BodyChange::since(&mut scene, double, &start, Progress::none());
+    assert_eq!(change.as_ref(), Ok(&resolution.bodies[2]));
+    let short = BodyChange::since(&mut scene, double, &start[1..], Progress::none());
+    assert!(matches!(short, Err(ResolveError::Scene(_))), "{short:?}");
 }
 
 /// A disc of tissue 4 thick between two bones.
