@@ -6,12 +6,12 @@ use std::path::PathBuf;
 use clap::Args;
 use glam::DVec3;
 use mesh_io::Precision;
-use musculo_collide::{BodyKind, ResolveParams, Resolver, WrittenPrecision};
+use musculo_collide::{BodyKind, Conditions, ResolveParams, Resolver, WrittenPrecision};
 
 use super::Finished;
 use super::check::{CheckedScene, detect, overlap_shapes};
 use super::resolve_arguments::ResolveArgs;
-use super::resolve_files::{BodyFile, check_elements, coarsest_precision, complete_files, suffix};
+use super::resolve_files::{BodyFile, check_elements, complete_files, precisions, suffix};
 use crate::failure::Failure;
 use crate::load::{LoadedScene, SceneArguments};
 use crate::output::{FilePlan, Outputs};
@@ -86,9 +86,9 @@ pub(super) fn run(arguments: &ResolveArguments) -> Result<Finished, Failure> {
     let keep_going = arguments.keep_going;
     let asked = ResolveParams { keep_going, ..arguments.params.params(&mut loaded)? };
     asked.validate()?;
-    let conditions = loaded.conditions()?;
+    let mut conditions = loaded.conditions()?;
     check_elements(&loaded)?;
-    let params = for_files(asked, &loaded)?;
+    let params = for_files(asked, &mut conditions, &loaded)?;
     stopwatch.lap("load");
 
     let [before, after] = STATES;
@@ -98,12 +98,14 @@ pub(super) fn run(arguments: &ResolveArguments) -> Result<Finished, Failure> {
     let start: Vec<Vec<DVec3>> =
         loaded.scene.bodies().iter().map(|body| body.positions().to_vec()).collect();
     let mut resolver = Resolver::new(params)?.with_conditions(conditions.clone());
-    let resolution =
+    let mut resolution =
         Phase::run("pushing apart", |progress| resolver.resolve(&mut loaded.scene, progress))?;
     stopwatch.lap("resolve");
 
     // The files hold rounded positions, of which all that follows is said.
-    let files = Phase::run("following", |progress| complete_files(&mut loaded, &start, progress))?;
+    let bodies = &mut resolution.bodies;
+    let files =
+        Phase::run("following", |progress| complete_files(&mut loaded, &start, bodies, progress))?;
     let elements: Vec<_> = files.iter().map(|file| file.elements.clone()).collect();
     let unit = loaded.description.unit;
     let mut document = ResolutionDocument::new(
@@ -124,16 +126,32 @@ pub(super) fn run(arguments: &ResolveArguments) -> Result<Finished, Failure> {
         arguments.stage_files(&document, &loaded, &files, &mut outputs)?;
     }
     outputs.stage_json(arguments.json.as_deref(), &document)?;
-    let text = resolution_text(&resolution, &loaded.scene, unit, keep_going) + &document.to_text();
+    let overlaps = document.overlaps_in_files();
+    let text = resolution_text(&resolution, &loaded.scene, unit, keep_going, overlaps)
+        + &document.to_text();
     Ok(Finished { outputs, text, holds: document.resolved, stopwatch })
 }
 
 /// Returns parameters by which the gap holds in the files: positions in single precision are rounded
-/// before distances are proved, and decimal ones need a hair more.
-fn for_files(asked: ResolveParams, loaded: &LoadedScene) -> Result<ResolveParams, Failure> {
-    let (precision, rounding) = coarsest_precision(loaded)?;
-    if precision == Precision::Single {
+/// before distances are proved, all others keep their digits, and decimal ones need a hair more.
+fn for_files(
+    asked: ResolveParams,
+    conditions: &mut Conditions,
+    loaded: &LoadedScene,
+) -> Result<ResolveParams, Failure> {
+    let (precisions, ids) = (precisions(loaded)?, loaded.scene.ids());
+    if precisions.contains(&Precision::Single) {
+        for (id, precision) in ids.zip(precisions) {
+            if precision != Precision::Single {
+                conditions.unrounded.push(id);
+            }
+        }
         return Ok(ResolveParams { precision: WrittenPrecision::Single, ..asked });
+    }
+
+    let mut rounding: f64 = 0.0;
+    for (precision, body) in precisions.into_iter().zip(loaded.scene.bodies()) {
+        rounding = rounding.max(precision.max_rounding(body.largest_coordinate()));
     }
     let slack = if asked.gap > 0.0 { 2.0 * rounding } else { 0.0 };
     Ok(ResolveParams { gap: asked.gap + slack, ..asked })

@@ -10,7 +10,7 @@ use std::path::Path;
 use glam::DVec3;
 use mesh_io::{Mesh, MeshFormat, Precision, ReadError, Space, Volume};
 use musculo_collide::volume_mesh::{FollowParams, Followed};
-use musculo_collide::{BodyId, Progress, Scene};
+use musculo_collide::{BodyChange, BodyId, Progress, Scene};
 
 use crate::failure::Failure;
 use crate::load::LoadedScene;
@@ -64,23 +64,20 @@ fn extension(path: &Path) -> String {
     path.extension().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// Returns the coarsest number type in which bodies are written, and a bound on how far it moves a
-/// position.
-pub(super) fn coarsest_precision(loaded: &LoadedScene) -> Result<(Precision, f64), Failure> {
-    let mut coarsest = (Precision::Double, 0.0);
+/// Returns the number type in which each body is written. Rigid bodies are copied, and new files have double
+/// precision.
+pub(super) fn precisions(loaded: &LoadedScene) -> Result<Vec<Precision>, Failure> {
+    let mut precisions = Vec::new();
     for (description, body) in loaded.description.bodies.iter().zip(loaded.scene.bodies()) {
-        let path = &description.path;
-        if body.is_rigid() || !is_rewritten(description) {
-            continue;
+        let (path, mut precision) = (&description.path, Precision::Double);
+        if !body.is_rigid() && is_rewritten(description) {
+            let content = mesh_io::read_file(path)?;
+            precision = mesh_io::coordinate_precision(&content, &extension(path))
+                .map_err(|error| Failure::in_file(path, error))?;
         }
-        let precision = mesh_io::coordinate_precision(&mesh_io::read_file(path)?, &extension(path));
-        let precision = precision.map_err(|error| Failure::in_file(path, error))?;
-        let rounding = precision.max_rounding(body.largest_coordinate());
-        if rounding > coarsest.1 {
-            coarsest = (precision, rounding);
-        }
+        precisions.push(precision);
     }
-    Ok(coarsest)
+    Ok(precisions)
 }
 
 /// Refuses soft volume meshes with inverted elements, which cannot follow their surfaces.
@@ -102,11 +99,12 @@ pub(super) fn check_elements(loaded: &LoadedScene) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Completes the files of all bodies, and moves the bodies to what these hold. `start` has the
-/// positions before overlap removal.
+/// Completes the files of all bodies, and moves the bodies to what these hold; their `changes` are then those in
+/// the files. `start` has the positions before overlap removal.
 pub(super) fn complete_files(
     loaded: &mut LoadedScene,
     start: &[Vec<DVec3>],
+    changes: &mut [BodyChange],
     progress: Progress<'_>,
 ) -> Result<Vec<BodyFile>, Failure> {
     let ids: Vec<BodyId> = loaded.scene.ids().collect();
@@ -115,15 +113,12 @@ pub(super) fn complete_files(
         let description = &loaded.description.bodies[number];
         let volume = loaded.volumes[number].as_ref();
         let (scene, start) = (&mut loaded.scene, &start[number]);
-        files.push(BodyFile::complete(
-            description,
-            volume,
-            loaded.space,
-            scene,
-            id,
-            start,
-            progress,
-        )?);
+        let (space, change) = (loaded.space, &mut changes[number]);
+        let file = BodyFile::complete(description, volume, space, scene, id, start, progress)?;
+        if file.displacements != change.displacements {
+            *change = BodyChange::since(scene, id, start, progress)?;
+        }
+        files.push(file);
     }
     Ok(files)
 }

@@ -1,5 +1,7 @@
 //! Attachments of bodies that do not come apart: tissue that is held cannot give way.
 
+use std::collections::BTreeSet;
+
 use musculo_collide::{BodyId, Conditions, Scene};
 use serde::Serialize;
 
@@ -9,7 +11,7 @@ use super::text::grouped;
 #[derive(Debug, Serialize)]
 pub(super) struct AttachmentRecord {
     body: String,
-    /// Bodies that it is tied to.
+    /// Bodies that it is tied to, in the order of the scene.
     tied_to: Vec<String>,
     fixed_vertices: usize,
 }
@@ -36,18 +38,20 @@ impl AttachmentRecord {
     }
 
     fn new(id: BodyId, conditions: &Conditions, scene: &Scene) -> Self {
-        let name = |id| scene.body(id).name().to_owned();
-        let mut tied_to = Vec::new();
+        // Two ties may be of one pair, and selections may have vertices in common.
+        let name = |id: BodyId| scene.body(id).name().to_owned();
+        let mut tied_to = BTreeSet::new();
         for tie in &conditions.ties {
             match tie.bodies {
-                [a, b] if a == id => tied_to.push(name(b)),
-                [a, b] if b == id => tied_to.push(name(a)),
-                _ => {}
-            }
+                [a, b] if a == id => tied_to.insert(b),
+                [a, b] if b == id => tied_to.insert(a),
+                _ => false,
+            };
         }
         let fixed = conditions.fixed.iter().filter(|fixed| fixed.body == id);
-        let fixed_vertices = fixed.map(|fixed| fixed.vertices.len()).sum();
-        Self { body: name(id), tied_to, fixed_vertices }
+        let fixed: BTreeSet<u32> = fixed.flat_map(|fixed| &fixed.vertices).copied().collect();
+        let tied_to = tied_to.into_iter().map(name).collect();
+        Self { body: name(id), tied_to, fixed_vertices: fixed.len() }
     }
 
     pub(super) fn text(&self) -> String {

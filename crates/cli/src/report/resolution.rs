@@ -10,12 +10,14 @@ use crate::scene::Unit;
 
 /// Writes the tables of rounds and bodies, and the remaining pairs with their reasons.
 ///
-/// With `keep_going` the best state is the result, also where it breaks limits.
+/// With `keep_going` the best state is the result, also where it breaks limits. `overlaps_in_files` is the number
+/// of pairs that overlap in what is written.
 pub(crate) fn resolution_text(
     resolution: &Resolution,
     scene: &Scene,
     unit: Unit,
     keep_going: bool,
+    overlaps_in_files: usize,
 ) -> String {
     let (rounds, bodies) = (rounds(resolution, unit), bodies(resolution, scene, unit));
     let mut text = format!("{}\n{}\n", rounds.to_text(), bodies.to_text());
@@ -46,6 +48,10 @@ pub(crate) fn resolution_text(
 
     // The verdict stands last, where a terminal shows it.
     let count = resolution.remaining.len();
+    if count == 0 && overlaps_in_files > 0 {
+        let overlap = if overlaps_in_files == 1 { "overlaps" } else { "overlap" };
+        return text + &format!("{} {overlap} in the files.\n", counted(overlaps_in_files, "pair"));
+    }
     if count == 0 {
         return match ignored_pairs(scene).len() {
             0 if resolution.self_overlaps.is_empty() => text + "Nothing overlaps any more.\n",

@@ -194,6 +194,11 @@ impl ResolutionDocument {
         })
     }
 
+    /// Counts the pairs that overlap in the files.
+    pub(crate) fn overlaps_in_files(&self) -> usize {
+        self.pairs.iter().filter(|pair| pair.status == PairStatus::Overlaps).count()
+    }
+
     /// Writes elements, pairs that fall short with their reasons, and the verdict.
     pub(crate) fn to_text(&self) -> String {
         let mut text = String::new();

@@ -122,7 +122,8 @@ fn elements_in_the_way_are_named() {
     assert_eq!(workshop.listing(), before);
 
     // Marked where it is written on request.
-    let kept = workshop.run("resolve", &[&arguments[..], &["--keep-going"]].concat());
+    let keep = ["--keep-going", "--json", "kept.json"];
+    let kept = workshop.run("resolve", &[&arguments[..], &keep].concat());
     assert_eq!(kept.status, 1);
     let mut files = workshop.listing();
     files.retain(|name| name.starts_with("apart/") && name.ends_with(".inp"));
@@ -130,6 +131,25 @@ fn elements_in_the_way_are_named() {
     let after = mesh_io::read_mesh(&workshop.path("apart/muscle_unproved.inp")).expect("a mesh");
     let volume = after.volume.expect("a volume mesh");
     assert_eq!(volume.mesh.quality(&volume.nodes).inverted, 0, "no element is inverted");
+
+    // What is said is of the files, which hold a part of the displacement.
+    let before = mesh_io::read_mesh(&workshop.path("muscle.inp")).expect("a mesh");
+    let mut longest: f64 = 0.0;
+    for (x, start) in after.positions.iter().zip(&before.positions) {
+        longest = longest.max(x.distance(*start));
+    }
+    let document = json(&workshop, "kept.json");
+    let [said, share] = [
+        &document["bodies"][1]["max_displacement"],
+        &document["bodies"][1]["elements"]["followed_share"],
+    ]
+    .map(|value| value.as_f64().expect("a number"));
+    assert!(longest > 0.0 && share < 1.0, "{longest} {share}");
+    assert!((said - longest).abs() <= 1e-12 * longest, "{said}, the file has {longest}");
+    let check = workshop.check(&["apart/bone_unproved.inp", "apart/muscle_unproved.inp"]);
+    assert_eq!(check.status, 1, "they overlap in the files");
+    assert!(!kept.stdout.contains("Nothing overlaps"), "{}", kept.stdout);
+    assert!(kept.stdout.contains("1 pair overlaps in the files."), "{}", kept.stdout);
 }
 
 #[test]

@@ -92,6 +92,76 @@ fn lists_of_fixed_vertices_may_have_any_line_ends() {
     }
 }
 
+/// Selections may have vertices in common, and two ties may be of one pair.
+#[test]
+fn attachments_are_counted_once() {
+    let workshop = Workshop::new();
+    workshop.write("bone.obj", tetrahedron(0.0, 10.0));
+    workshop.write("muscle.obj", tetrahedron(9.0, 10.0));
+    let fixed = |corner: i32| {
+        format!("[[fixed]]\nbody = \"muscle\"\nbox = [[{corner}, -9, -9], [99, 99, 99]]\n")
+    };
+    let tie = |a: &str, b: &str| format!("[[tie]]\na = \"{a}\"\nb = \"{b}\"\nwithin = 2\n");
+    workshop.write(
+        "scene.toml",
+        "[[body]]\nfile = \"bone.obj\"\nkind = \"rigid\"\n[[body]]\nfile = \"muscle.obj\"\n"
+            .to_owned()
+            + &[fixed(0), fixed(10), tie("bone", "muscle"), tie("muscle", "bone")].concat(),
+    );
+    let arguments = ["scene.toml", "--out", "apart", "--no-report", "--json", "r"];
+    let run = workshop.run("resolve", &arguments);
+    assert_eq!(run.status, 1, "{}{}", run.stdout, run.stderr);
+    let text = "muscle is tied to bone and fixed at 4 of its vertices:";
+    assert!(run.stdout.contains(text), "{}", run.stdout);
+    let document: serde_json::Value = serde_json::from_str(&workshop.read("r")).expect("JSON");
+    let attachment = &document["attachments"][0];
+    assert_eq!(attachment["tied_to"], serde_json::json!(["bone"]));
+    assert_eq!(attachment["fixed_vertices"], 4);
+}
+
+/// A muscle in single precision, and a tendon and a body far away in double precision.
+#[test]
+fn what_stays_keeps_all_digits_beside_files_in_single_precision() {
+    let workshop = Workshop::new();
+    let ball = |x: f64, y: f64| shapes::icosphere(5.0, 2).translated(DVec3::new(x, y, 0.2));
+    workshop.write("bone.obj", obj(&ball(0.0, 0.0)));
+    let mut muscle = vec![0; 80];
+    let mesh = ball(9.7, 0.1);
+    muscle.extend(320_u32.to_le_bytes());
+    for corners in mesh.faces {
+        muscle.extend([0; 12]);
+        for corner in corners.map(|corner| mesh.positions[corner as usize].as_vec3()) {
+            muscle.extend(corner.to_array().map(f32::to_le_bytes).as_flattened());
+        }
+        muscle.extend([0; 2]);
+    }
+    workshop.write("muscle.stl", muscle);
+    workshop.write("tendon.obj", obj(&ball(0.1, 9.8)));
+    workshop.write("far.obj", obj(&ball(99.1, 9.8)));
+    workshop.write(
+        "scene.toml",
+        "[[body]]\nfile = \"bone.obj\"\nkind = \"rigid\"\n[[body]]\nfile = \"muscle.stl\"\n[[body]]\nfile = \
+         \"tendon.obj\"\n[[body]]\nfile = \"far.obj\"\n[[fixed]]\nbody = \"tendon\"\nbox = [[-9, 9.8, -9], [9, \
+         99, 9]]\n",
+    );
+    let arguments = ["scene.toml", "--gap", "0.05", "--out", "apart", "--no-report"];
+    let run = workshop.run("resolve", &arguments);
+    assert_eq!(run.status, 0, "{}{}", run.stdout, run.stderr);
+
+    assert!(workshop.read("apart/far.obj") == workshop.read("far.obj"), "a copy");
+    let [before, after] = ["tendon.obj", "apart/tendon.obj"].map(|name| workshop.read(name));
+    let (mut fixed, mut moved) = (0, 0);
+    for (before, after) in before.lines().zip(after.lines()) {
+        let y = before.split(' ').nth(2).and_then(|y| y.parse::<f64>().ok()).expect("a number");
+        if before.starts_with('v') && y >= 9.8 {
+            assert_eq!(before, after);
+            fixed += 1;
+        }
+        moved += usize::from(before != after);
+    }
+    assert!(fixed > 70 && moved > 9, "{fixed} {moved}");
+}
+
 #[test]
 fn a_body_that_crosses_itself_is_reported_and_uncrossed_on_request() {
     let workshop = Workshop::new();
