@@ -174,12 +174,7 @@ impl SceneStep {
         mut detect: impl FnMut(&mut Scene, &mut PairContacts<'_>) -> Result<(), E>,
     ) -> Result<StepReport, E> {
         let SceneStates { x, v, loads, inverse_mass } = states;
-        let expected = scene.particle_count();
-        if x.len() != expected {
-            let (what, got) = ("particle states", x.len());
-            return Err(ResponseError::Count { what, expected, got }.into());
-        }
-
+        scene.check_particles(x.len())?;
         self.bones.fit(scene);
         if self.bodies_with_centers != scene.bodies().len() {
             self.bodies_with_centers = scene.bodies().len();
@@ -212,7 +207,8 @@ impl SceneStep {
     ///
     /// # Errors
     ///
-    /// Those of [`ContactStep::correct_swept`] and [`Scene::sweep`].
+    /// [`ResponseError::Count`] unless there is one entry per particle, and those of
+    /// [`ContactStep::correct_swept`] and [`Scene::sweep`].
     pub fn correct_swept(
         &mut self,
         scene: &mut Scene,
@@ -222,6 +218,8 @@ impl SceneStep {
         report: &mut StepReport,
     ) -> Result<SweptReport, StepError> {
         let SceneStates { x, v, inverse_mass, .. } = states;
+        scene.check_particles(x.len())?;
+        scene.check_particles(v.len())?;
         self.bones.fit(scene);
         scene.move_soft_bodies(x)?;
         let Self { materials, bones, sides, step, ends, number, .. } = self;
@@ -253,6 +251,12 @@ impl Scene {
     /// Returns the number of vertices of all bodies.
     pub(crate) fn particle_count(&self) -> usize {
         self.bodies.last().map_or(0, |body| body.particles().end as usize)
+    }
+
+    /// Checks that there is one state per particle.
+    fn check_particles(&self, got: usize) -> Result<(), ResponseError> {
+        let (what, expected) = ("particle states", self.particle_count());
+        if got == expected { Ok(()) } else { Err(ResponseError::Count { what, expected, got }) }
     }
 
     /// Returns the centers of polygons of soft bodies.

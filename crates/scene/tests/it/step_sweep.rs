@@ -4,12 +4,12 @@ use ccd::CcdParams;
 use fixtures::shapes::{icosphere, plate};
 use glam::{DQuat, DVec3};
 use response::{
-    Margins, Material, ParticleLoads, RigidMotion, SolverMethod, SolverParams, StepLength,
-    StepParams, StepReport, SweptReport,
+    Margins, Material, ParticleLoads, ResponseError, RigidMotion, SolverMethod, SolverParams,
+    StepLength, StepParams, StepReport, SweptReport,
 };
 use scene::{
     BodyId, BodyKind, CheckParams, DetectorParams, Progress, Scene, SceneStates, SceneStep,
-    StepDetectors,
+    StepDetectors, StepError,
 };
 use surface::Pose;
 
@@ -154,4 +154,32 @@ fn vertices_may_leave_a_body() {
     assert_eq!(swept, SweptReport { rounds: 0, contacts: 0, free_share: 1.0 });
     let first = world.scene.body(world.ball).particles().start as usize;
     assert!(world.v[first..].iter().all(|v| *v == up));
+}
+
+/// Positions and velocities are one per particle of the scene, also where a body was added since.
+#[test]
+fn states_of_other_counts_are_refused() {
+    let params = StepParams::new(StepLength::new(H).expect("in range"));
+    for case in 0..3 {
+        let mut world = World::new(5.0, DVec3::ZERO);
+        let (mut report, _) = world.correct(&params);
+        let World { scene, step, x, v, w, .. } = &mut world;
+        let mut expected = x.len();
+        match case {
+            0 => x.truncate(expected - 1),
+            1 => x.clear(),
+            _ => {
+                let late = icosphere(1.0, 0).translated(DVec3::Z * 40.0);
+                expected += late.positions.len();
+                scene
+                    .add("late", BodyKind::Deformable, late.surface(), late.positions)
+                    .expect("a body");
+            }
+        }
+        let got = x.len();
+        let states = SceneStates { x, v, loads: ParticleLoads::None, inverse_mass: w };
+        let swept = step.correct_swept(scene, states, &params, &CcdParams::DEFAULT, &mut report);
+        let count = ResponseError::Count { what: "particle states", expected, got };
+        assert_eq!(swept.err(), Some(StepError::Response(count)), "case {case}");
+    }
 }
