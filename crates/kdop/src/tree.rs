@@ -1,6 +1,6 @@
 //! 4-ary tree of k-DOPs (the source's quadtree): nodes over clusters of leaves.
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 
@@ -34,6 +34,8 @@ pub struct DopTree<const S: usize> {
     built_size: f64,
     /// Found at the first traversal of the tree with itself.
     neighbors: OnceLock<Neighbors>,
+    /// One for all clones of a tree: a refit leaves leaves and clusters as they are.
+    origin: Arc<()>,
 }
 
 /// 4-ary tree of 18-DOPs.
@@ -99,8 +101,8 @@ impl<const S: usize> DopTree<S> {
         let projections = Projections::new(&extents);
         let arrangement = Arrangement::new(leaves, count, &projections, keep_going);
         let Some(Arrangement { nodes, clusters, leaves }) = arrangement else { return Ok(None) };
-        let neighbors = OnceLock::new();
-        let mut tree = Self { nodes, clusters, leaves, projections, built_size: 0.0, neighbors };
+        let (built_size, neighbors, origin) = (0.0, OnceLock::new(), Arc::default());
+        let mut tree = Self { nodes, clusters, leaves, projections, built_size, neighbors, origin };
         tree.set_bounds();
         tree.built_size = tree.size();
         Ok(Some(tree))
@@ -231,6 +233,14 @@ impl<const S: usize> DopTree<S> {
             }
         }
         size
+    }
+
+    /// Returns true if the leaves of another tree have the same corners, in the same clusters; at once
+    /// for a clone.
+    pub(crate) fn has_arrangement_of(&self, other: &Self) -> bool {
+        // Nodes follow from the number of leaves.
+        Arc::ptr_eq(&self.origin, &other.origin)
+            || (self.leaves == other.leaves && self.clusters == other.clusters)
     }
 
     /// Returns the adjacency of the clusters, found at the first call.

@@ -36,9 +36,7 @@ impl<'a, const S: usize> StepTree<'a, S> {
     /// was refit to its end; `None` for trees of other leaves or another arrangement.
     #[must_use]
     pub fn new(start: &'a DopTree<S>, end: &'a DopTree<S>) -> Option<Self> {
-        // Nodes follow from the number of leaves.
-        let has_one_arrangement = start.leaves == end.leaves && start.clusters == end.clusters;
-        has_one_arrangement.then_some(Self { ends: [start, end] })
+        start.has_arrangement_of(end).then_some(Self { ends: [start, end] })
     }
 
     /// Returns the bounds of leaves that rest.
