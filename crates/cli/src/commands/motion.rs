@@ -26,6 +26,14 @@ use crate::report::{
 use crate::scene::SceneDescription;
 use crate::stopwatch::Stopwatch;
 
+/// Options of a run that checks frames and sweeps from each to the next.
+///
+/// An option that requires another one is passed over where that is excluded: it has to exclude the same.
+const OF_FRAMES: [&str; 6] = ["chart", "joint_contact", "vtp", "report", "table", "cache"];
+
+/// Options of other runs.
+const OF_OTHERS: [&str; 2] = ["until_contact", "resolve"];
+
 /// Replay a motion, and find every contact in its frames and between them
 ///
 /// Bones follow rigid maps from rest, and turn on arcs from frame to frame; soft bodies follow a
@@ -34,7 +42,10 @@ use crate::stopwatch::Stopwatch;
 /// on the way is missed: the report has the fraction of the step before the first contact of
 /// pairs that did not overlap already, and the contacts that no frame shows.
 #[derive(Debug, Args)]
-#[command(mut_group("ResolveArgs", |group| group.requires("resolve")))]
+#[command(mut_group("ResolveArgs", |group| group.requires("resolve").conflicts_with_all(OF_FRAMES).conflicts_with("until_contact")))]
+#[command(mut_arg("joint_resolution", |arg| arg.conflicts_with_all(OF_OTHERS)))]
+#[command(mut_arg("foundation", |arg| arg.conflicts_with_all(OF_OTHERS)))]
+#[command(mut_arg("foundation_law", |arg| arg.conflicts_with_all(OF_OTHERS)))]
 #[command(after_help = "\
 Examples:
   musculo-collide motion scene.toml --chart motion.svg --report motion.html
@@ -109,15 +120,12 @@ pub(crate) struct MotionArguments {
     table: Option<PathBuf>,
 
     /// Subject in the table [default: the scene file]
-    #[arg(long, value_name = "TEXT", requires = "table")]
+    #[arg(long, value_name = "TEXT", requires = "table", conflicts_with_all = OF_OTHERS)]
     subject: Option<String>,
 
     /// Find the first contact of each pair that does not overlap in the first frame: its time,
     /// never later than the true one, and its place
-    #[arg(
-        long,
-        conflicts_with_all = ["chart", "joint_contact", "vtp", "report", "table", "cache", "resolve"]
-    )]
+    #[arg(long, conflicts_with_all = OF_FRAMES, conflicts_with = "resolve")]
     until_contact: bool,
 
     /// Keep finished frames in this file, and take those of an interrupted run from it

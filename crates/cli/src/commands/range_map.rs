@@ -34,15 +34,15 @@ pub(super) struct MapArguments {
     over: Vec<Grid>,
 
     /// Draw the map
-    #[arg(long, value_name = "FILE.svg", requires = "over")]
+    #[arg(long, value_name = "FILE.svg", requires = "over", conflicts_with = "json")]
     pub(super) map: Option<PathBuf>,
 
     /// Write the cells of the map as a table
-    #[arg(long, value_name = "FILE.csv", requires = "over")]
+    #[arg(long, value_name = "FILE.csv", requires = "over", conflicts_with = "json")]
     pub(super) table: Option<PathBuf>,
 
     /// Keep finished cells in this file, and take those of an interrupted run from it
-    #[arg(long, value_name = "FILE", requires = "over")]
+    #[arg(long, value_name = "FILE", requires = "over", conflicts_with = "json")]
     pub(super) cache: Option<PathBuf>,
 }
 

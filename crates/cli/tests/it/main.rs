@@ -16,6 +16,7 @@ mod motion_cache;
 mod motion_report;
 mod motion_tables;
 mod motion_until;
+mod options;
 mod overlap;
 mod page;
 mod plan;
