@@ -256,3 +256,19 @@ impl<const S: usize> DopTree<S> {
         (i < cluster.leaf_count as usize).then(|| self.leaves[cluster.first_leaf as usize + i])
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Points at rest have one row of nine numbers, balls have a row of lower and one of upper bounds.
+    #[test]
+    fn memory_counts_the_rows_of_all_points() {
+        let centers: Vec<DVec3> = (0..500).map(|i| DVec3::X * f64::from(i)).collect();
+        let balls = Extents::Balls { centers: &centers, radii: &[0.25; 500] };
+        let at_rest = Tree::build(Leaves::Points, &centers).expect("points");
+        let with_radii = Tree::build_from(Leaves::Points, balls).expect("balls");
+        assert_eq!(with_radii.bytes() - at_rest.bytes(), 500 * 9 * 4);
+        assert!(at_rest.bytes() > 500 * (9 * 4 + 4) + at_rest.clusters.bytes());
+    }
+}
