@@ -23,6 +23,8 @@ pub mod gait;
 pub mod measure;
 pub mod medial_contact;
 pub mod medial_report;
+#[cfg(feature = "peers")]
+pub mod peers;
 #[cfg(feature = "figures")]
 pub mod ratios;
 #[cfg(feature = "charts")]

@@ -19,7 +19,7 @@ use crate::{TaskResult, figures, tidy};
 
 /// Arguments of cargo for all tests. The program has every feature of the libraries; what is left
 /// out are the other libraries of `benches`.
-const TESTS: [&str; 3] = ["test", "--workspace", "--locked"];
+const TESTS: [&str; 4] = ["test", "--workspace", "--locked", "--features=benches/figures"];
 
 /// Extent of a verification.
 #[derive(Clone, Copy, PartialEq, Eq)]

@@ -5,12 +5,12 @@ use std::error::Error;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use super::libraries::{LIBRARIES, Library};
-use super::{Measurement, QUESTIONS, Question};
 use crate::chart::axes::{Area, Axis, Drawn, power};
 use crate::chart::curves::{CAPTION_LINE, caption, draw_caption, picture};
 use crate::chart::sheet::Settings;
 use crate::measure::as_f64;
+use crate::peers::libraries::{LIBRARIES, Library};
+use crate::peers::{Measurement, QUESTIONS, Question};
 
 const WIDTH: u32 = 1000;
 

@@ -15,7 +15,8 @@ const SCRIPT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../python/benches/pai
 /// Returns the answers of all packages that the Python of the search path has; none without one,
 /// which is told in one line.
 #[expect(clippy::print_stderr, reason = "says what is missing, as tests without data do")]
-pub(super) fn answers(bodies: &Bodies, asked: &[Asked]) -> Vec<Answers> {
+#[must_use]
+pub fn answers(bodies: &Bodies, asked: &[Asked]) -> Vec<Answers> {
     let lines = run(&request(bodies, asked)).unwrap_or_else(|reason| {
         eprintln!("packages for Python are skipped: {reason}");
         String::new()

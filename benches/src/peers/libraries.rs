@@ -16,18 +16,25 @@ use crate::measure::{Pace, as_f64};
 
 /// A library.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Library {
+pub enum Library {
+    /// This one.
     Own,
+    /// `parry3d`.
     Parry,
+    /// `boolmesh`.
     Boolmesh,
 }
 
-pub(super) const LIBRARIES: [Library; 3] = [Library::Own, Library::Parry, Library::Boolmesh];
+/// All libraries.
+pub const LIBRARIES: [Library; 3] = [Library::Own, Library::Parry, Library::Boolmesh];
 
 /// The bodies of a scene, as each library keeps them.
-pub(super) struct Bodies {
-    pub(super) title: String,
-    pub(super) own: Vec<SurfaceTree>,
+#[derive(Debug)]
+pub struct Bodies {
+    /// Title of the scene.
+    pub title: String,
+    /// Bodies of this library.
+    pub own: Vec<SurfaceTree>,
     parry: Vec<TriMesh>,
     /// `None` where the mesh is refused.
     boolmesh: Vec<Option<Manifold>>,
@@ -36,15 +43,17 @@ pub(super) struct Bodies {
 }
 
 /// Memory that the own library reuses from pair to pair.
-#[derive(Default)]
-pub(super) struct Memory {
+#[derive(Debug, Default)]
+pub struct Memory {
     pair: PairProximity,
     detector: OverlapDetector,
     overlap: Overlap,
 }
 
 impl Library {
-    pub(super) const fn name(self) -> &'static str {
+    /// Returns the name with the version.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
         match self {
             Self::Own => "musculo-collide",
             Self::Parry => "parry3d 0.31",
@@ -53,7 +62,8 @@ impl Library {
     }
 
     /// Returns true if the library has an answer to the question at all.
-    pub(super) const fn answers(self, question: Question) -> bool {
+    #[must_use]
+    pub const fn answers(self, question: Question) -> bool {
         match self {
             Self::Own => true,
             Self::Parry => !matches!(question, Question::Volume),
@@ -61,13 +71,15 @@ impl Library {
         }
     }
 
-    pub(super) const fn preparation(self, bodies: &Bodies) -> f64 {
+    /// Returns the time per body to make what the library keeps of it \[us\].
+    #[must_use]
+    pub const fn preparation(self, bodies: &Bodies) -> f64 {
         bodies.preparation[self as usize]
     }
 
     /// Returns the answer about two bodies: 1 for yes, 0 for no, a length, or a volume; a gap
     /// beyond reach is infinite. `None` where the library refuses.
-    pub(super) fn ask(
+    pub fn ask(
         self,
         question: Question,
         bodies: &Bodies,
@@ -91,7 +103,7 @@ impl Bodies {
     /// # Errors
     ///
     /// When there is a mesh that `parry3d` refuses.
-    pub(super) fn new(title: &str, meshes: Vec<Mesh>) -> Result<Self, Box<dyn Error>> {
+    pub fn new(title: &str, meshes: Vec<Mesh>) -> Result<Self, Box<dyn Error>> {
         let (mut own, mut parry, mut boolmesh) = (Vec::new(), Vec::new(), Vec::new());
         let pace = Pace::long_calls(1);
         let per_body = 1e-3 / as_f64(meshes.len());
@@ -109,7 +121,8 @@ impl Bodies {
     }
 
     /// Returns the pairs whose boxes are within reach.
-    pub(super) fn near_pairs(&self) -> Vec<[usize; 2]> {
+    #[must_use]
+    pub fn near_pairs(&self) -> Vec<[usize; 2]> {
         let mut near = Vec::new();
         for b in 0..self.own.len() {
             let reach = bounds(&self.own[b]).inflate(REACH);
@@ -150,7 +163,7 @@ impl Memory {
     }
 
     /// Brackets the greater depth of both surfaces, no wider than a tolerance.
-    pub(super) fn depth(&mut self, bodies: [&SurfaceTree; 2], tolerance: f64) -> [f64; 2] {
+    pub fn depth(&mut self, bodies: [&SurfaceTree; 2], tolerance: f64) -> [f64; 2] {
         let params = DepthParams { relative_tolerance: 0.0, ..DepthParams::with_floor(tolerance) };
         self.detector.measure_into(bodies, &mut self.overlap);
         let mut bracket = [0.0_f64; 2];
