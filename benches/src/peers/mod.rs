@@ -35,13 +35,13 @@ const EXACT_DEPTH: f64 = 1e-6;
 /// A question about two bodies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Question {
-    /// Whether they overlap: 1, or 0.
+    /// Overlap: 1 for yes, 0 for no.
     Overlap,
-    /// How far they are apart.
+    /// Distance between them.
     Gap,
-    /// How deep they overlap.
+    /// Depth of their overlap.
     Depth,
-    /// Which volume they share.
+    /// Volume that they share.
     Volume,
 }
 
