@@ -370,3 +370,26 @@ fn round_up(time: u128) -> f64 {
 fn rounded(time: u128) -> f64 {
     time as f64 / TWO_TO_RESOLUTION
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Times of more digits than a float holds are between two floats, next to each other.
+    #[test]
+    fn ends_are_rounded_outward() {
+        let (mut odd, mut rounded) = (1_u128, 0);
+        for _ in 0..10_000 {
+            odd = odd.wrapping_mul(0x2360_ED05_1FC6_5DA4_4385_DF64_9FCC_F645).wrapping_add(1);
+            for time in [odd >> 8, odd >> (8 + odd % 100), ONE - (odd >> 60)] {
+                let bounds = TimeBounds { lo: time, hi: time };
+                let (lo, hi) = bounds.rounded();
+                assert!(scaled(lo) <= time && time <= scaled(hi), "{time}: {lo}, {hi}");
+                assert!(lo <= hi && hi <= lo.next_up(), "{time}: {lo}, {hi}");
+                rounded += u32::from(hi > lo);
+            }
+        }
+        assert!(rounded > 15_000, "{rounded}");
+        assert_eq!(TimeBounds { lo: 0, hi: ONE }.rounded(), (0.0, 1.0));
+    }
+}
