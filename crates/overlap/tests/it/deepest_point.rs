@@ -1,7 +1,7 @@
 //! The point of a depth is on the surface, also where no depth was to be computed.
 
 use fixtures::Mesh;
-use fixtures::shapes::cube;
+use fixtures::shapes::{cube, icosphere};
 use glam::DVec3;
 use overlap::{Depth, DepthParams, OverlapDetector};
 use proximity::SurfaceTree;
@@ -48,5 +48,28 @@ fn depths_within_the_tolerance_have_a_point_of_the_surface() {
         let [of_a, of_b] = in_region.expect("nothing interrupts");
         check(&a, &b, of_a);
         check(&b, &a, of_b);
+    }
+}
+
+/// A search that ends early has bounds still, and says that they are wide.
+#[test]
+fn a_depth_is_narrow_where_the_search_has_come_to_its_end() {
+    let [a, b] = [0.0, 1.3].map(|x| {
+        let ball = icosphere(1.0, 3).translated(DVec3::new(x, 0.1, 0.2));
+        SurfaceTree::new(ball.surface(), ball.positions).expect("planted bodies are finite")
+    });
+    let mut detector = OverlapDetector::default();
+    detector.measure(&a, &b);
+    let mut depth = |max_queries: u32| {
+        let params = DepthParams { relative_tolerance: 0.0, tolerance: 1e-6, max_queries };
+        detector.depths([&a, &b], &params)[0].expect("they overlap")
+    };
+
+    let exact = depth(1_000_000);
+    assert!(exact.is_narrow && exact.upper - exact.lower <= 1e-6, "{exact:?}");
+    for max_queries in [1, 10] {
+        let wide = depth(max_queries);
+        assert!(!wide.is_narrow && wide.upper - wide.lower > 1e-6, "{wide:?}");
+        assert!(wide.lower <= exact.upper && exact.lower <= wide.upper, "{wide:?}, {exact:?}");
     }
 }
