@@ -86,6 +86,29 @@ fn a_cavity_belongs_to_the_region_around_it() {
     check_areas(&hollow, &between([-9.0, -9.0, 0.0], [9.0, 9.0, 9.0]));
 }
 
+/// Two boxes within one that has a cavity, which is in the larger of them: boxes of regions are those of
+/// their own points, wherever the origin is.
+#[test]
+fn a_cavity_belongs_to_the_region_that_holds_it() {
+    let within = between([1.0; 3], [5.0; 3]).joined(&between([6.0; 3], [7.5; 3]));
+    let around = between([0.5; 3], [8.0; 3]).joined(&between([2.0; 3], [3.0; 3]).flipped());
+    for mirror in [1.0, -1.0] {
+        let [a, b] = [&within, &around].map(|mesh| {
+            let mesh = mesh.clone().scaled(DVec3::splat(mirror));
+            tree(&if mirror < 0.0 { mesh.flipped() } else { mesh })
+        });
+        let overlap = OverlapDetector::default().measure(&a, &b);
+        let mut volumes: Vec<f64> =
+            overlap.regions.iter().map(|region| region.volume.expect("closed")).collect();
+        volumes.sort_by(f64::total_cmp);
+        let exact = [1.5 * 1.5 * 1.5, 64.0 - 1.0];
+        assert_eq!(volumes.len(), 2, "{volumes:?}");
+        for (volume, exact) in volumes.iter().zip(exact) {
+            assert!((volume - exact).abs() < 1e-12, "{volumes:?}");
+        }
+    }
+}
+
 /// A bar whose corners are all inside a body, which has a cavity about the middle of one of its edges.
 #[test]
 fn a_face_with_a_notch_is_one_part() {
