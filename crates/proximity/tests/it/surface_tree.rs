@@ -250,3 +250,14 @@ fn memory_is_that_of_positions_faces_and_tree() {
     let tree = SurfaceTree::new(ball.surface(), ball.positions).expect("finite");
     assert_eq!(tree.bytes(), 162 * 24 + 320 * 12 + tree.tree().bytes());
 }
+
+#[test]
+fn a_lazy_tree_can_be_declared_open() {
+    let ball = shapes::octasphere(2.0, 1);
+    let lazy = LazySurfaceTree::new(ball.surface(), ball.positions).expect("finite");
+    assert_eq!(lazy.has_inside(), Ok(()));
+    let mut open = lazy.declared_open();
+    assert_eq!(open.has_inside(), Err(NoInside::DeclaredOpen));
+    let fitted = open.fit().expect("a tree");
+    assert_eq!(fitted.has_winding_number(), Err(NoInside::DeclaredOpen));
+}
