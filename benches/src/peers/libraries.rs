@@ -10,6 +10,7 @@ use parry3d::query::{self, ClosestPoints};
 use parry3d::shape::TriMesh;
 use proximity::{PairProximity, SurfaceTree};
 
+use super::boolean::{manifold, volume};
 use super::{Question, REACH, RIGHT_LENGTH};
 use crate::bodies::{body, bounds};
 use crate::measure::{Pace, as_f64};
@@ -110,7 +111,8 @@ impl Bodies {
         let mut preparation = [0.0; 3];
         for mesh in meshes {
             preparation[1] += per_body * pace.call_time(|| push(&mut parry, tri_mesh(&mesh)));
-            preparation[2] += per_body * pace.call_time(|| push(&mut boolmesh, manifold(&mesh)));
+            preparation[2] +=
+                per_body * pace.call_time(|| push(&mut boolmesh, manifold(&mesh).ok()));
             preparation[0] += per_body * pace.call_time(|| push(&mut own, body(mesh)));
         }
 
@@ -203,19 +205,6 @@ fn ask_parry(question: Question, [a, b]: [&TriMesh; 2]) -> Option<f64> {
     }
 }
 
-/// Returns the mesh for `boolmesh`, unless that refuses it.
-fn manifold(mesh: &Mesh) -> Option<Manifold> {
-    let mut coordinates = Vec::new();
-    for position in &mesh.positions {
-        coordinates.extend(position.to_array());
-    }
-    let mut corners = Vec::new();
-    for face in &mesh.faces {
-        corners.extend(face.map(|vertex| vertex as usize));
-    }
-    Manifold::new(&coordinates, &corners).ok()
-}
-
 fn ask_boolmesh(question: Question, [a, b]: [&Manifold; 2]) -> Option<f64> {
     let shared = match compute_boolean(a, b, OpType::Intersect) {
         Ok(shared) => shared,
@@ -224,14 +213,9 @@ fn ask_boolmesh(question: Question, [a, b]: [&Manifold; 2]) -> Option<f64> {
         Err(_) => return None,
     };
 
-    let mut six_volumes = 0.0_f64;
-    for face in shared.hs.chunks_exact(3) {
-        let [p, q, r] = [0, 1, 2].map(|corner| shared.ps[face[corner].tail]);
-        six_volumes += p.dot(q.cross(r));
-    }
     match question {
         Question::Overlap => Some(f64::from(u8::from(shared.nf > 0))),
-        Question::Volume => Some(six_volumes / 6.0),
+        Question::Volume => Some(volume(&shared)),
         Question::Gap | Question::Depth => None,
     }
 }

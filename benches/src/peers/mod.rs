@@ -5,6 +5,7 @@
 //! it differs from the exact one, however precise the library means to be; it is a refusal where the
 //! library declines to give one.
 
+pub mod boolean;
 pub mod libraries;
 pub mod python;
 

@@ -5,7 +5,7 @@ use std::error::Error;
 
 use ::overlap::{DepthParams, Overlap, OverlapDetector};
 #[cfg(feature = "peers")]
-use boolmesh::prelude::{Manifold, OpType, compute_boolean};
+use boolmesh::prelude::{OpType, compute_boolean};
 use fixtures::Mesh;
 use fixtures::shapes::icosphere;
 use glam::DVec3;
@@ -13,6 +13,8 @@ use proximity::{PairProximity, SurfaceTree};
 
 use crate::bodies::body;
 use crate::measure::Report;
+#[cfg(feature = "peers")]
+use crate::peers::boolean::{manifold, volume};
 
 /// Budget of each comparison \[ms\].
 const BUDGET: u64 = 1000;
@@ -96,28 +98,10 @@ fn boolean_mesh(meshes: &[Mesh; 2], report: &mut Report) -> Result<(), Box<dyn E
 
     // Both answers have the same volume.
     let shared = compute_boolean(&a, &b, OpType::Intersect)?;
-    let mut six_volumes = 0.0_f64;
-    for face in shared.hs.chunks_exact(3) {
-        let [p, q, r] = [0, 1, 2].map(|corner| shared.ps[face[corner].tail]);
-        six_volumes += p.dot(q.cross(r));
-    }
-    let volume = overlap.total.volume.unwrap_or(f64::NAN);
-    let difference = (6.0 * volume / six_volumes - 1.0).abs();
+    let own = overlap.total.volume.unwrap_or(f64::NAN);
+    let difference = (own / volume(&shared) - 1.0).abs();
     report.cost("volume, relative difference from boolmesh", difference, "", 1e-9);
     Ok(())
-}
-
-#[cfg(feature = "peers")]
-fn manifold(mesh: &Mesh) -> Result<Manifold, String> {
-    let mut coordinates = Vec::new();
-    for position in &mesh.positions {
-        coordinates.extend(position.to_array());
-    }
-    let mut corners = Vec::new();
-    for face in &mesh.faces {
-        corners.extend(face.map(|vertex| vertex as usize));
-    }
-    Manifold::new(&coordinates, &corners)
 }
 
 /// Compares measures, and certified depths of whole surfaces, with the depths of vertices alone.
