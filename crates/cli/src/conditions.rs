@@ -3,8 +3,9 @@
 use std::collections::HashMap;
 use std::path::Path;
 
-use mesh_io::MeshFormat;
+use mesh_io::{MeshFormat, Volume};
 use musculo_collide::kdop::Workspace;
+use musculo_collide::volume_mesh::MiddleNode;
 use musculo_collide::{BodyId, BodyStiffness, Conditions, FixedVertices, Scene, Tie};
 
 use crate::failure::Failure;
@@ -101,13 +102,13 @@ impl LoadedScene {
             let is_separator = |c: char| c == ',' || c.is_whitespace();
             for word in content.split(is_separator).filter(|word| !word.is_empty()) {
                 let vertex = word.parse::<u64>().ok().and_then(|number| known.get(&number));
-                let Some(&vertex) = vertex else {
+                let Some(&found) = vertex else {
                     let name = self.scene.body(body).name();
                     let problem =
                         format!("line {line}: '{word}' is no vertex on the surface of '{name}'");
                     return Err(Failure::in_file(file, problem));
                 };
-                vertices.push(vertex);
+                vertices.extend(found);
             }
         }
 
@@ -117,13 +118,31 @@ impl LoadedScene {
         Ok(vertices)
     }
 
-    /// Returns the vertices of a body by the numbers in its file: those of nodes, or else counted from 0.
-    fn vertices_by_number(&self, body: BodyId) -> HashMap<u64, u32> {
+    /// Returns the vertices of a body by the numbers in its file: those of nodes, or else counted from 0. A
+    /// node in the middle of an edge stands for both ends.
+    fn vertices_by_number(&self, body: BodyId) -> HashMap<u64, [u32; 2]> {
         let count = self.scene.body(body).positions().len();
-        match &self.vertex_numbers[body.index()] {
-            Some(numbers) => numbers.iter().copied().zip(0..).collect(),
-            None => (0..count as u64).zip(0..).collect(),
+        let mut vertices: HashMap<u64, [u32; 2]> = match &self.vertex_numbers[body.index()] {
+            Some(numbers) => {
+                (0..).zip(numbers).map(|(vertex, &number)| (number, [vertex; 2])).collect()
+            }
+            None => {
+                (0..).zip(0..count as u64).map(|(vertex, number)| (number, [vertex; 2])).collect()
+            }
+        };
+
+        if let Some(Volume { mesh, boundary, node_numbers, .. }) = &self.volumes[body.index()] {
+            let vertex = |node: u32| {
+                let place = boundary.nodes.binary_search(&node).ok();
+                place.and_then(|place| u32::try_from(place).ok())
+            };
+            for &MiddleNode { node, ends: [a, b] } in mesh.middle_nodes() {
+                if let (Some(a), Some(b)) = (vertex(a), vertex(b)) {
+                    vertices.insert(node_numbers[node as usize], [a, b]);
+                }
+            }
         }
+        vertices
     }
 }
 

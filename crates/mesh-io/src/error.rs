@@ -125,6 +125,21 @@ pub enum ReadError {
     /// Cells are no volume mesh.
     #[error(transparent)]
     Volume(#[from] VolumeError),
+    /// An edge of a quadratic element is curved.
+    #[error(
+        "node {node} is {offset} off the middle between nodes {a} and {b}, which are {length} apart: edges of quadratic elements must be straight, within a thousandth of their length; save linear elements",
+        a = .ends[0], b = .ends[1]
+    )]
+    CurvedEdge {
+        /// Number of the node in the file.
+        node: u64,
+        /// Numbers of the nodes at the ends of the edge.
+        ends: [u64; 2],
+        /// Distance of the node from the middle.
+        offset: f64,
+        /// Distance of the ends.
+        length: f64,
+    },
     /// A file is to be written with more or fewer positions than it has.
     #[error("has {expected} positions to be replaced, but {found} are given")]
     PositionCount {

@@ -1,5 +1,5 @@
-//! Abaqus input files: nodes, tetrahedra (`C3D4`) and hexahedra (`C3D8`) of one part, or its shells,
-//! membranes, rigid and plane elements of three or four nodes.
+//! Abaqus input files: nodes, tetrahedra (`C3D4`, `C3D10`), wedges (`C3D6`, `C3D15`) and hexahedra (`C3D8`,
+//! `C3D20`) of one part, or its shells, membranes, rigid and plane elements of three or four nodes.
 //!
 //! This reader is not a crate's: there is none, and a file is written again with other coordinates
 //! and all else as it was. Solids of other physics and continuum shells count as solids of their
@@ -10,18 +10,19 @@
 //! Source: "Abaqus Keywords Reference Guide", `*NODE` and `*ELEMENT`; "Input syntax rules"; "Abaqus
 //! Elements Guide", continuum elements.
 
-use volume_mesh::Cell;
+use std::collections::BTreeMap;
 
 use crate::error::Format;
 use crate::mesh::{Mesh, Polygons};
+use crate::solid::{NumberedCells, Solid};
 use crate::text::{Line, Lines, number, placed_fields, quoted};
 use crate::text_nodes::TextNodes;
-use crate::volume::{MeshElements, NumberedCells};
+use crate::volume::MeshElements;
 use crate::{ReadError, SkippedElements};
 
 const INP: Format = Format {
     name: "INP",
-    remedy: "save it as one part with its nodes and linear elements, of a solid or a surface, in one file",
+    remedy: "save it as one part with its nodes and elements, of a solid or a surface, in one file",
 };
 
 /// Keywords by which nodes or elements come from elsewhere, or coordinates belong to other axes.
@@ -55,7 +56,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
     if let (false, Some(kind)) = (has_mesh, skipped.counts.keys().next()) {
         return Err(unsupported_type(kind));
     }
-    let mesh = Mesh::of_elements(nodes.numbered, cells, &polygons)?;
+    let mesh = Mesh::of_elements(nodes.numbered, cells, &polygons, &BTreeMap::new())?;
     Ok(Mesh { skipped: skipped.if_any(), ..mesh })
 }
 
@@ -68,10 +69,9 @@ pub(crate) fn parse_nodes(bytes: &[u8]) -> Result<TextNodes, ReadError> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Block {
     Nodes,
-    Tetrahedra,
-    Hexahedra,
-    Triangles,
-    Quadrilaterals,
+    Solids(Solid),
+    /// Elements of a surface, of a number of nodes.
+    Polygons(usize),
     /// Elements of a type that is no part of the mesh.
     OtherElements,
     /// Way in which an instance is placed.
@@ -120,9 +120,8 @@ fn parse_content(bytes: &[u8], elements: MeshElements) -> Result<InpContent, Rea
             Block::OtherElements => content.skip_element(&line),
             Block::Placement => return Err(INP.unsupported("an instance that is placed anew")),
             Block::Skipped => {}
-            Block::Tetrahedra | Block::Hexahedra | Block::Triangles | Block::Quadrilaterals => {
-                content.read_element(&line, block)?;
-            }
+            Block::Solids(solid) => content.read_element(&line, solid.node_count(), block)?,
+            Block::Polygons(corners) => content.read_element(&line, corners, block)?,
         }
     }
     content.check_complete(last)?;
@@ -189,8 +188,13 @@ impl InpContent {
         self.nodes.push(&INP, line, node, fields)
     }
 
-    /// Reads a line of an element, which may continue the line above.
-    fn read_element(&mut self, line: &Line<'_>, block: Block) -> Result<(), ReadError> {
+    /// Reads a line of an element of some nodes, which may continue the line above.
+    fn read_element(
+        &mut self,
+        line: &Line<'_>,
+        node_count: usize,
+        block: Block,
+    ) -> Result<(), ReadError> {
         for field in placed_fields(line.text, line.start, b',') {
             // A line that goes on ends with a comma.
             if field.text.is_empty() {
@@ -204,24 +208,15 @@ impl InpContent {
         }
 
         // An element is complete with its last node, or with a line that does not go on.
-        let corners = match block {
-            Block::Triangles => 3,
-            Block::Tetrahedra | Block::Quadrilaterals => 4,
-            _ => 8,
-        };
-        if self.element.len() <= corners && line.text.trim_ascii_end().ends_with(b",") {
+        if self.element.len() <= node_count && line.text.trim_ascii_end().ends_with(b",") {
             return Ok(());
         }
         let Some((&number, nodes)) = self.element.split_first() else { return Ok(()) };
-        let Self { nodes: known, cells, polygons, .. } = self;
-        let line = line.number;
-        match block {
-            Block::Tetrahedra => {
-                cells.push(number, Cell::Tetrahedron(known.indices(&INP, line, nodes)?));
-            }
-            Block::Triangles => polygons.push_nodes(known.indices::<3>(&INP, line, nodes)?),
-            Block::Quadrilaterals => polygons.push_nodes(known.indices::<4>(&INP, line, nodes)?),
-            _ => cells.push(number, Cell::Hexahedron(known.indices(&INP, line, nodes)?)),
+        let nodes = self.nodes.indices(&INP, line.number, nodes, node_count)?;
+        if let Block::Solids(solid) = block {
+            self.cells.push(number, solid, &nodes);
+        } else {
+            self.polygons.push_nodes(&nodes);
         }
         self.element.clear();
         Ok(())
@@ -261,11 +256,15 @@ fn element_block(kind: &str, elements: MeshElements) -> Result<Block, ReadError>
     let mut shapes = shapes.map(|shape| shape.trim_end_matches(|c: char| c.is_ascii_alphabetic()));
     let is_other = OTHER_VOLUMES.iter().any(|family| kind.starts_with(family));
     match shapes.next() {
-        Some("4") => Ok(Block::Tetrahedra),
-        Some("8") => Ok(Block::Hexahedra),
+        Some("4") => Ok(Block::Solids(Solid::TETRAHEDRON)),
+        Some("6") => Ok(Block::Solids(Solid::WEDGE)),
+        Some("8") => Ok(Block::Solids(Solid::HEXAHEDRON)),
+        Some("10") => Ok(Block::Solids(Solid::QUADRATIC_TETRAHEDRON)),
+        Some("15") => Ok(Block::Solids(Solid::QUADRATIC_WEDGE)),
+        Some("20") => Ok(Block::Solids(Solid::QUADRATIC_HEXAHEDRON)),
         None if !is_other && elements == MeshElements::Polygons => match surface_nodes(kind) {
-            Some("3") => Ok(Block::Triangles),
-            Some("4") => Ok(Block::Quadrilaterals),
+            Some("3") => Ok(Block::Polygons(3)),
+            Some("4") => Ok(Block::Polygons(4)),
             Some(_) => Err(unsupported_type(kind)),
             None => Ok(Block::OtherElements),
         },
@@ -331,13 +330,18 @@ mod tests {
                 format!("{nodes}*Element, type={kind}\n8, 11, 12, 13, 14, 15, 16, 17, 18\n");
             assert_eq!(cells(&hexahedron).expect(kind), 2, "{kind}");
         }
+        for kind in ["C3D6", "C3D6H", "AC3D6", "DC3D6", "Q3D6", "SC6R", "CSS6"] {
+            let nodes = "*Node\n11,0,0,2\n12,1,0,2\n13,1,1,2\n15,0,0,3\n16,1,0,3\n17,1,1,3\n";
+            let wedge = format!("{nodes}*Element, type={kind}\n8, 11, 12, 13, 15, 16, 17\n");
+            assert_eq!(cells(&wedge).expect(kind), 2, "{kind}");
+        }
         for kind in ["AC3D4", "DC3D4", "Q3D4T"] {
             let tetrahedron = format!("*Node\n9, 1, 1, 1\n*Element, type={kind}\n8, 2, 4, 3, 9\n");
             assert_eq!(cells(&tetrahedron).expect(kind), 2, "{kind}");
         }
         for kind in [
-            "C3D6", "C3D10M", "DC3D20", "AC3D6", "Q3D10M", "SC6R", "EC3D8R", "EMC3D8", "FC3D8",
-            "CIN3D8", "ACIN3D4", "COH3D8", "GK3D8", "CCL12", "CSS6", "C3D",
+            "C3D5", "C3D27R", "AC3D5", "EC3D8R", "EMC3D8", "FC3D8", "CIN3D8", "ACIN3D4", "COH3D8",
+            "COH3D6", "GK3D8", "CCL12", "CSS12", "C3D",
         ] {
             let error = cells(&format!("*Element, type={kind}\n8, 1, 2, 3\n")).expect_err(kind);
             assert!(error.to_string().contains(&format!("elements of type '{kind}'")), "{error}");

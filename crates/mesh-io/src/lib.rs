@@ -60,6 +60,7 @@ mod ply_replace;
 mod ply_text;
 mod replace;
 mod skipped;
+mod solid;
 mod source;
 mod space;
 mod stl;

@@ -4,14 +4,24 @@
 //! turned against the polygon. A convex polygon is fanned about its first corner. A
 //! polygon without such a corner is refused, since any fan of it would fold over.
 
+use std::collections::BTreeMap;
 use std::fmt;
 
 use glam::DVec3;
 use surface::triangle;
-use volume_mesh::VolumeMesh;
+use volume_mesh::{Cell, MiddleNode, VolumeMesh};
 
-use crate::volume::{NumberedCells, NumberedNodes, Volume};
+use crate::solid::NumberedCells;
+use crate::volume::{NumberedNodes, Volume};
 use crate::{FilePlace, ReadError, SkippedElements, Space};
+
+/// Maximum distance of a node from the middle of its edge \[edge lengths\]. Below, edges that files have
+/// with four digits are curved; above, surfaces of quadratic elements may be farther from those of their
+/// corners.
+const MAX_CURVATURE: f64 = 1e-3;
+
+/// Rounding of a node and of the middle of its edge in a file in single precision \[coordinates\].
+const SINGLE_ROUNDING: f64 = 4.0 * f32::EPSILON as f64;
 
 /// Triangle mesh of a file: every index is below the number of vertices, every
 /// coordinate is finite, and there is at least one face.
@@ -33,7 +43,7 @@ pub struct Mesh {
     /// Number of each vertex in the file, where vertices are nodes: those of an MSH, INP or VTU file; `None`
     /// where they are counted from 0.
     pub vertex_numbers: Option<Vec<u64>>,
-    /// Volume mesh whose boundary this is, of a file with tetrahedra or hexahedra.
+    /// Volume mesh whose boundary this is, of a file with tetrahedra, wedges or hexahedra.
     pub volume: Option<Volume>,
 }
 
@@ -69,8 +79,8 @@ impl Polygons {
     }
 
     /// Adds a polygon of nodes that are known.
-    pub(crate) fn push_nodes<const N: usize>(&mut self, nodes: [u32; N]) {
-        self.push(nodes.map(i64::from));
+    pub(crate) fn push_nodes(&mut self, nodes: &[u32]) {
+        self.push(nodes.iter().copied().map(i64::from));
     }
 
     pub(crate) fn is_empty(&self) -> bool {
@@ -115,17 +125,19 @@ impl Mesh {
     }
 
     /// Checks the nodes and elements of a file: its cells, and the surface around them, or else the
-    /// surface that its polygons are, with all nodes as vertices. Polygons apart from cells are counted.
+    /// surface that its polygons are, with all nodes as vertices. Polygons apart from cells are counted, and
+    /// so are other elements of surfaces, by type.
     pub(crate) fn of_elements(
         nodes: NumberedNodes,
         cells: NumberedCells,
         polygons: &Polygons,
+        others: &BTreeMap<String, Polygons>,
     ) -> Result<Self, ReadError> {
         if cells.is_empty() && !polygons.is_empty() {
             let mesh = Self::assemble(nodes.positions, polygons)?;
             return Ok(Self { vertex_numbers: Some(nodes.numbers), ..mesh });
         }
-        let skipped = apart_from(&cells, polygons, nodes.positions.len());
+        let skipped = apart_from(&cells, polygons, others, nodes.positions.len());
         let mesh = Self::of_volume(nodes, cells)?;
         Ok(Self { skipped: skipped.if_any(), ..mesh })
     }
@@ -134,6 +146,8 @@ impl Mesh {
         let NumberedNodes { positions: nodes, numbers: node_numbers } = nodes;
         check_positions(&nodes)?;
         let mesh = VolumeMesh::new(nodes.len(), cells.cells)?;
+        let mesh = mesh.with_middle_nodes(cells.middle_nodes)?;
+        check_straight(&mesh, &nodes, &node_numbers)?;
         let boundary = mesh.boundary()?;
 
         let (positions, faces) = (boundary.positions(&nodes), boundary.faces.clone());
@@ -169,36 +183,61 @@ impl Mesh {
     }
 }
 
-/// Counts polygons with a corner that is a node of none of the cells. Others are faces of cells, as a rule.
-fn apart_from(cells: &NumberedCells, polygons: &Polygons, node_count: usize) -> SkippedElements {
-    let mut skipped = SkippedElements::default();
-    if polygons.is_empty() {
-        return skipped;
-    }
-
+/// Counts polygons with a corner that is a node of none of the cells, and `others` by their types. Those
+/// that remain are faces of cells, as a rule.
+fn apart_from(
+    cells: &NumberedCells,
+    polygons: &Polygons,
+    others: &BTreeMap<String, Polygons>,
+    node_count: usize,
+) -> SkippedElements {
     let mut is_of_cell = vec![false; node_count];
-    for cell in &cells.cells {
-        for &node in cell.nodes() {
-            if let Some(is_of_cell) = is_of_cell.get_mut(node as usize) {
-                *is_of_cell = true;
-            }
+    let corners = cells.cells.iter().flat_map(Cell::nodes);
+    for &node in corners.chain(cells.middle_nodes.iter().map(|middle| &middle.node)) {
+        if let Some(is_of_cell) = is_of_cell.get_mut(node as usize) {
+            *is_of_cell = true;
         }
     }
 
-    let is_apart = |&corner: &i64| {
-        let node = usize::try_from(corner).ok();
-        !node.and_then(|node| is_of_cell.get(node)).copied().unwrap_or_default()
+    let is_apart = |corners: &[i64]| {
+        corners.iter().any(|&corner| {
+            let node = usize::try_from(corner).ok();
+            !node.and_then(|node| is_of_cell.get(node)).copied().unwrap_or_default()
+        })
     };
-    for corners in polygons.iter() {
-        if corners.iter().any(is_apart) {
-            skipped.add(match corners.len() {
-                3 => "triangle",
-                4 => "quadrilateral",
-                _ => "polygon",
-            });
+    let mut skipped = SkippedElements::default();
+    for corners in polygons.iter().filter(|corners| is_apart(corners)) {
+        skipped.add(match corners.len() {
+            3 => "triangle",
+            4 => "quadrilateral",
+            _ => "polygon",
+        });
+    }
+    for (kind, polygons) in others {
+        for _ in polygons.iter().filter(|corners| is_apart(corners)) {
+            skipped.add(kind);
         }
     }
     skipped
+}
+
+/// Refuses quadratic elements whose edges are curved: what is around their corners would not be their
+/// surface.
+fn check_straight(
+    mesh: &VolumeMesh,
+    nodes: &[DVec3],
+    node_numbers: &[u64],
+) -> Result<(), ReadError> {
+    for &MiddleNode { node, ends } in mesh.middle_nodes() {
+        let [a, b] = ends.map(|end| nodes[end as usize]);
+        let offset = nodes[node as usize].distance(a.midpoint(b));
+        let (length, size) = (a.distance(b), a.abs().max(b.abs()).max_element());
+        if offset > MAX_CURVATURE * length + SINGLE_ROUNDING * size {
+            let [node, a, b] = [node, ends[0], ends[1]].map(|node| node_numbers[node as usize]);
+            return Err(ReadError::CurvedEdge { node, ends: [a, b], offset, length });
+        }
+    }
+    Ok(())
 }
 
 fn check_positions(positions: &[DVec3]) -> Result<(), ReadError> {

@@ -1,28 +1,27 @@
-//! Gmsh MSH, versions 2 and 4.1, as text: nodes, tetrahedra and hexahedra, or triangles and
-//! quadrilaterals.
+//! Gmsh MSH, versions 2 and 4.1, as text: nodes, tetrahedra, wedges and hexahedra, linear or with straight
+//! edges, or linear triangles and quadrilaterals.
 //!
 //! This reader is not a crate's, because places matter: nodes keep their order, and a file is
 //! written again with other coordinates and all else as it was. Points and lines are skipped, and so are
-//! surface elements where there are tetrahedra or hexahedra, which are counted where they stand apart from
-//! these; other elements are refused.
+//! surface elements where there are solids, which are counted where they stand apart from these; other
+//! elements are refused.
 //!
 //! Source: C. Geuzaine and J.-F. Remacle, "Gmsh reference manual", section "MSH file format".
 
 use std::collections::BTreeMap;
 
-use volume_mesh::Cell;
-
 use crate::ReadError;
 use crate::error::Format;
 use crate::mesh::{Mesh, Polygons};
+use crate::solid::{NumberedCells, Solid};
 use crate::text::{Line, Lines, number, placed_words, quoted};
 use crate::text_nodes::TextNodes;
-use crate::volume::{MeshElements, NumberedCells};
+use crate::volume::MeshElements;
 
 const MSH: Format = Format {
     name: "MSH",
-    remedy: "save it as text in version 4.1 or 2.2, with linear tetrahedra and hexahedra, or triangles \
-             and quadrilaterals",
+    remedy: "save it as text in version 4.1 or 2.2, with tetrahedra, wedges and hexahedra, or linear \
+             triangles and quadrilaterals",
 };
 
 /// Numbers of element types without volume: points, lines and surfaces of any order.
@@ -38,11 +37,41 @@ const TRIANGLE: u64 = 2;
 /// Number of the element type of linear quadrilaterals.
 const QUADRILATERAL: u64 = 3;
 
-/// Number of the element type of linear tetrahedra.
-const TETRAHEDRON: u64 = 4;
+/// Edges of a quadratic tetrahedron in the order of Gmsh.
+const TETRAHEDRON_EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [3, 0], [2, 3], [1, 3]];
 
-/// Number of the element type of linear hexahedra.
-const HEXAHEDRON: u64 = 5;
+/// Edges of a quadratic wedge, likewise.
+const WEDGE_EDGES: [[usize; 2]; 9] =
+    [[0, 1], [0, 2], [0, 3], [1, 2], [1, 4], [2, 5], [3, 4], [3, 5], [4, 5]];
+
+/// Edges of a quadratic hexahedron, likewise.
+const HEXAHEDRON_EDGES: [[usize; 2]; 12] = [
+    [0, 1],
+    [0, 3],
+    [0, 4],
+    [1, 2],
+    [1, 5],
+    [2, 3],
+    [2, 6],
+    [3, 7],
+    [4, 5],
+    [4, 7],
+    [5, 6],
+    [6, 7],
+];
+
+/// Returns the solid of an element type.
+fn solid(kind: u64) -> Option<Solid> {
+    match kind {
+        4 => Some(Solid::TETRAHEDRON),
+        5 => Some(Solid::HEXAHEDRON),
+        6 => Some(Solid::WEDGE),
+        11 => Some(Solid::TETRAHEDRON.with_edges(&TETRAHEDRON_EDGES)),
+        17 => Some(Solid::HEXAHEDRON.with_edges(&HEXAHEDRON_EDGES)),
+        18 => Some(Solid::WEDGE.with_edges(&WEDGE_EDGES)),
+        _ => None,
+    }
+}
 
 /// Reads the nodes and elements of an MSH file.
 pub(crate) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
@@ -51,12 +80,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
         content = parse_content(bytes, MeshElements::Polygons)?;
     }
     let MshContent { nodes, cells, polygons, curved, .. } = content;
-    let mesh = Mesh::of_elements(nodes.numbered, cells, &polygons)?;
-    let mut skipped = mesh.skipped.unwrap_or_default();
-    for (kind, count) in curved {
-        skipped.add_all(format!("element type {kind}"), count);
-    }
-    Ok(Mesh { skipped: skipped.if_any(), ..mesh })
+    Mesh::of_elements(nodes.numbered, cells, &polygons, &curved)
 }
 
 /// Reads the nodes with the places of their coordinates.
@@ -71,8 +95,8 @@ struct MshContent {
     nodes: TextNodes,
     cells: NumberedCells,
     polygons: Polygons,
-    /// Number of elements of curved surfaces beside cells, per type.
-    curved: BTreeMap<u64, usize>,
+    /// Elements of curved surfaces beside cells, per type.
+    curved: BTreeMap<String, Polygons>,
 }
 
 fn parse_content(bytes: &[u8], elements: MeshElements) -> Result<MshContent, ReadError> {
@@ -188,21 +212,23 @@ impl MshContent {
         nodes: &[u64],
     ) -> Result<(), ReadError> {
         let Self { nodes: known, cells, polygons, .. } = self;
+        if let Some(solid) = solid(kind) {
+            cells.push(element, solid, &known.indices(&MSH, line, nodes, solid.node_count())?);
+            return Ok(());
+        }
+
         let has_surface = self.elements == MeshElements::Polygons;
         match kind {
-            TETRAHEDRON => {
-                cells.push(element, Cell::Tetrahedron(known.indices(&MSH, line, nodes)?));
-            }
-            HEXAHEDRON => cells.push(element, Cell::Hexahedron(known.indices(&MSH, line, nodes)?)),
             TRIANGLE if has_surface => {
-                polygons.push_nodes(known.indices::<3>(&MSH, line, nodes)?);
+                polygons.push_nodes(&known.indices(&MSH, line, nodes, 3)?);
             }
             QUADRILATERAL if has_surface => {
-                polygons.push_nodes(known.indices::<4>(&MSH, line, nodes)?);
+                polygons.push_nodes(&known.indices(&MSH, line, nodes, 4)?);
             }
             TRIANGLE | QUADRILATERAL => polygons.push(known.known_indices(nodes)),
             _ if CURVED_SURFACES.contains(&kind) && !has_surface => {
-                *self.curved.entry(kind).or_default() += 1;
+                let curved = self.curved.entry(format!("element type {kind}")).or_default();
+                curved.push(known.known_indices(nodes));
             }
             _ if WITHOUT_VOLUME.contains(&kind) && !CURVED_SURFACES.contains(&kind) => {}
             other => return Err(MSH.unsupported(format!("element type {other}"))),

@@ -25,11 +25,6 @@ impl SkippedElements {
         }
     }
 
-    /// Counts elements of one type.
-    pub(crate) fn add_all(&mut self, kind: String, count: usize) {
-        *self.counts.entry(kind).or_default() += count;
-    }
-
     /// Returns the elements, `None` where there are none.
     pub(crate) fn if_any(self) -> Option<Self> {
         (!self.counts.is_empty()).then_some(self)

@@ -60,23 +60,24 @@ impl TextNodes {
         nodes.iter().map(|node| self.index_of.get(node).map_or(-1, |&index| i64::from(index)))
     }
 
-    /// Returns the indices of an element's nodes, by their numbers in the file.
-    pub(crate) fn indices<const N: usize>(
+    /// Returns the indices of an element's nodes, by their numbers in the file, where there are `count`.
+    pub(crate) fn indices(
         &self,
         format: &Format,
         line: usize,
         nodes: &[u64],
-    ) -> Result<[u32; N], ReadError> {
-        let Ok(nodes) = <[u64; N]>::try_from(nodes) else {
-            let problem = format!("an element of {N} nodes has {}", nodes.len());
+        count: usize,
+    ) -> Result<Vec<u32>, ReadError> {
+        if nodes.len() != count {
+            let problem = format!("an element of {count} nodes has {}", nodes.len());
             return Err(format.on_line(line, problem));
-        };
-        let mut indices = [0; N];
-        for (index, node) in indices.iter_mut().zip(nodes) {
-            let Some(&known) = self.index_of.get(&node) else {
+        }
+        let mut indices = Vec::with_capacity(count);
+        for node in nodes {
+            let Some(&known) = self.index_of.get(node) else {
                 return Err(format.on_line(line, format!("node {node} is not defined above")));
             };
-            *index = known;
+            indices.push(known);
         }
         Ok(indices)
     }

@@ -1,12 +1,12 @@
 //! Volume meshes of files, behind their boundary surfaces.
 
 use glam::DVec3;
-use volume_mesh::{Boundary, Cell, VolumeMesh};
+use volume_mesh::{Boundary, VolumeMesh};
 
 /// Volume mesh of a file, whose boundary is the surface of the [`Mesh`](crate::Mesh).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Volume {
-    /// Tetrahedra and hexahedra, in the order of the file.
+    /// Tetrahedra, wedges and hexahedra, in the order of the file, those of quadratic elements by their corners.
     pub mesh: VolumeMesh,
     /// Positions of all nodes, in the order of the file.
     pub nodes: Vec<DVec3>,
@@ -31,22 +31,4 @@ pub(crate) enum MeshElements {
 pub(crate) struct NumberedNodes {
     pub(crate) positions: Vec<DVec3>,
     pub(crate) numbers: Vec<u64>,
-}
-
-/// Cells of a file with their numbers there.
-#[derive(Debug, Default)]
-pub(crate) struct NumberedCells {
-    pub(crate) cells: Vec<Cell>,
-    pub(crate) numbers: Vec<u64>,
-}
-
-impl NumberedCells {
-    pub(crate) fn is_empty(&self) -> bool {
-        self.cells.is_empty()
-    }
-
-    pub(crate) fn push(&mut self, number: u64, cell: Cell) {
-        self.cells.push(cell);
-        self.numbers.push(number);
-    }
 }

@@ -2,19 +2,25 @@
 
 /// Cell of a volume mesh, by the numbers of its nodes.
 ///
-/// The order is that of VTK, Abaqus (C3D4, C3D8) and Gmsh: the fourth node of a tetrahedron lies on
-/// the side of the first three from which they turn counterclockwise; a hexahedron has the four
-/// nodes of its base, counterclockwise seen from above, then the four above them.
+/// The order is that of Abaqus (C3D4, C3D6, C3D8) and Gmsh, and but for wedges that of VTK: the fourth
+/// node of a tetrahedron lies on the side of the first three from which they turn counterclockwise; wedges
+/// and hexahedra have the nodes of their base, counterclockwise seen from above, then those above them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cell {
     /// Four nodes.
     Tetrahedron([u32; 4]),
+    /// Six nodes.
+    Wedge([u32; 6]),
     /// Eight nodes.
     Hexahedron([u32; 8]),
 }
 
 /// Faces of a tetrahedron, counterclockwise seen from outside.
 const TETRAHEDRON_FACES: [&[usize]; 4] = [&[0, 2, 1], &[0, 1, 3], &[1, 2, 3], &[2, 0, 3]];
+
+/// Faces of a wedge, counterclockwise seen from outside.
+const WEDGE_FACES: [&[usize]; 5] =
+    [&[0, 2, 1], &[3, 4, 5], &[0, 1, 4, 3], &[1, 2, 5, 4], &[2, 0, 3, 5]];
 
 /// Faces of a hexahedron, counterclockwise seen from outside.
 const HEXAHEDRON_FACES: [&[usize]; 6] =
@@ -23,6 +29,10 @@ const HEXAHEDRON_FACES: [&[usize]; 6] =
 /// Corners of a tetrahedron: a node, and the three at the ends of its edges, as a right-handed frame.
 const TETRAHEDRON_CORNERS: [[usize; 4]; 4] =
     [[0, 1, 2, 3], [1, 0, 3, 2], [2, 3, 0, 1], [3, 2, 1, 0]];
+
+/// Corners of a wedge, likewise.
+const WEDGE_CORNERS: [[usize; 4]; 6] =
+    [[0, 1, 2, 3], [1, 2, 0, 4], [2, 0, 1, 5], [3, 5, 4, 0], [4, 3, 5, 1], [5, 4, 3, 2]];
 
 /// Corners of a hexahedron, likewise.
 const HEXAHEDRON_CORNERS: [[usize; 4]; 8] = [
@@ -42,6 +52,7 @@ impl Cell {
     pub fn nodes(&self) -> &[u32] {
         match self {
             Self::Tetrahedron(nodes) => nodes,
+            Self::Wedge(nodes) => nodes,
             Self::Hexahedron(nodes) => nodes,
         }
     }
@@ -50,6 +61,7 @@ impl Cell {
     pub(crate) fn faces(&self) -> &'static [&'static [usize]] {
         match self {
             Self::Tetrahedron(_) => &TETRAHEDRON_FACES,
+            Self::Wedge(_) => &WEDGE_FACES,
             Self::Hexahedron(_) => &HEXAHEDRON_FACES,
         }
     }
@@ -58,6 +70,7 @@ impl Cell {
     pub(crate) fn corners(&self) -> &'static [[usize; 4]] {
         match self {
             Self::Tetrahedron(_) => &TETRAHEDRON_CORNERS,
+            Self::Wedge(_) => &WEDGE_CORNERS,
             Self::Hexahedron(_) => &HEXAHEDRON_CORNERS,
         }
     }

@@ -2,8 +2,8 @@
 //!
 //! The energy is ∫ (μ |ε|² + λ/2 (tr ε)²) with ε the symmetric gradient of the displacement, of one
 //! material everywhere: then a displacement that is linear in space is in equilibrium on any mesh.
-//! Gradients are integrated at one point of a tetrahedron and at 2 × 2 × 2 Gauss points of a
-//! hexahedron, which is exact for them.
+//! Gradients are integrated at one point of a tetrahedron, at 3 × 2 points of a wedge and at 2 × 2 × 2
+//! Gauss points of a hexahedron, which is exact for them.
 //!
 //! Source: T. J. R. Hughes, "The Finite Element Method", Dover 2000, chapters 2 to 4.
 
@@ -42,10 +42,15 @@ impl ElasticBody {
     pub(crate) fn new(mesh: &VolumeMesh, positions: &[DVec3], poisson_ratio: f64) -> Self {
         let lambda = 2.0 * poisson_ratio / (1.0 - 2.0 * poisson_ratio);
         let mut body = Self { points: Vec::new(), terms: Vec::new(), lambda };
-        // One point is exact for the constant gradients of a tetrahedron, eight for a hexahedron.
+        // One point is exact for the constant gradients of a tetrahedron, six and eight for the others.
         for cell in mesh.cells() {
             match cell {
                 Cell::Tetrahedron(nodes) => body.push(nodes, &TETRAHEDRON, 1.0 / 6.0, positions),
+                Cell::Wedge(nodes) => {
+                    for sample in 0..6 {
+                        body.push(nodes, &wedge_gradients(sample), 1.0 / 6.0, positions);
+                    }
+                }
                 Cell::Hexahedron(nodes) => {
                     for sample in 0..8 {
                         body.push(nodes, &hexahedron_gradients(sample), 1.0, positions);
@@ -179,6 +184,25 @@ const HEXAHEDRON: [[f64; 3]; 8] = [
     [1.0, 1.0, 1.0],
     [-1.0, 1.0, 1.0],
 ];
+
+/// Places of a wedge's nodes in the reference cell: a corner of its triangle, and the end, −1 or 1.
+const WEDGE: [(usize, f64); 6] = [(0, -1.0), (1, -1.0), (2, -1.0), (0, 1.0), (1, 1.0), (2, 1.0)];
+
+/// Gradients of a triangle's three barycentric coordinates in the reference cell.
+const TRIANGLE: [[f64; 2]; 3] = [[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]];
+
+/// Computes the gradients of a wedge's shape functions at one of its 6 integration points: two thirds of
+/// the way to a corner of the triangle, from the middle of the edge across, at a Gauss point along the axis.
+fn wedge_gradients(sample: usize) -> [DVec3; 6] {
+    let (nearest, sign) = WEDGE[sample];
+    let height = sign / 3.0_f64.sqrt();
+    WEDGE.map(|(corner, end)| {
+        let weight = if corner == nearest { 2.0 / 3.0 } else { 1.0 / 6.0 };
+        let along = 1.0 + height * end;
+        let [x, y] = TRIANGLE[corner];
+        DVec3::new(x * along, y * along, weight * end) / 2.0
+    })
+}
 
 /// Computes the gradients of a hexahedron's shape functions at one of its 8 Gauss points.
 fn hexahedron_gradients(sample: usize) -> [DVec3; 8] {

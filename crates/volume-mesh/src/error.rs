@@ -7,7 +7,7 @@ use surface::progress::Interrupted;
 #[non_exhaustive]
 pub enum VolumeError {
     /// The mesh has no cells.
-    #[error("has {nodes} nodes and no tetrahedra or hexahedra")]
+    #[error("has {nodes} nodes and no tetrahedra, wedges or hexahedra")]
     NoCells {
         /// Number of nodes.
         nodes: usize,
@@ -29,6 +29,17 @@ pub enum VolumeError {
         cell: usize,
         /// Index of the node.
         node: u32,
+    },
+    /// A node cannot be in the middle of an edge.
+    #[error(
+        "node {node} is no node between {a} and {b} alone: it is a corner or on another edge, or they are no corners (counted from 0)",
+        a = .ends[0], b = .ends[1]
+    )]
+    MiddleNode {
+        /// Index of the node.
+        node: u32,
+        /// Indices of the ends of the edge.
+        ends: [u32; 2],
     },
     /// More than two cells have a face in common.
     #[error("cells {cells:?} share one face: at most two may")]

@@ -67,7 +67,7 @@ impl VolumeMesh {
     /// the boundary's nodes.
     ///
     /// Where a displacement is linear in space, so is that of the interior. Nothing moves where the
-    /// boundary stays.
+    /// boundary stays. Nodes in the middle of edges that move are then in the middle to the rounding.
     ///
     /// # Errors
     ///
@@ -130,8 +130,18 @@ impl VolumeMesh {
                 followed.positions[node as usize] = *x;
             }
         }
+        self.move_middle_nodes(rest, &mut followed.positions);
         followed.after = self.quality(&followed.positions);
         Ok(followed)
+    }
+
+    /// Moves nodes to the middle of edges of which an end has moved.
+    fn move_middle_nodes(&self, rest: &[DVec3], positions: &mut [DVec3]) {
+        for middle in self.middle_nodes() {
+            if middle.ends.iter().any(|&end| positions[end as usize] != rest[end as usize]) {
+                positions[middle.node as usize] = middle.middle(positions);
+            }
+        }
     }
 
     /// Returns the scaled Jacobian that each cell must keep.

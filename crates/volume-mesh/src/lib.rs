@@ -1,7 +1,8 @@
-//! Volume meshes of tetrahedra and hexahedra: their boundary surface, their quality, and an interior
+//! Volume meshes of tetrahedra, wedges and hexahedra: their boundary surface, their quality, and an interior
 //! that follows the surface.
 //!
 //! - [`VolumeMesh`] has the cells; positions of the nodes are arguments, as those of surfaces are.
+//!   Nodes in the middle of the straight edges of quadratic elements go with their ends ([`MiddleNode`]).
 //! - [`VolumeMesh::boundary`] returns the triangles around it, over the nodes that they use.
 //! - [`VolumeMesh::quality`] measures the scaled Jacobian of each cell.
 //! - [`VolumeMesh::follow`] moves the nodes inside after those of the boundary: the equilibrium of a
@@ -22,7 +23,7 @@ pub use crate::boundary::Boundary;
 pub use crate::cell::Cell;
 pub use crate::error::VolumeError;
 pub use crate::follow::{BlockingCell, FollowParams, Followed};
-pub use crate::mesh::VolumeMesh;
+pub use crate::mesh::{MiddleNode, VolumeMesh};
 pub use crate::quality::MeshQuality;
 
 /// Compiles and runs the README's example.

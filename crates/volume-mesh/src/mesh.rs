@@ -1,5 +1,7 @@
 //! Cells with checked nodes.
 
+use glam::DVec3;
+
 use crate::{Cell, VolumeError};
 
 /// Cells over numbered nodes, every number checked.
@@ -7,6 +9,31 @@ use crate::{Cell, VolumeError};
 pub struct VolumeMesh {
     node_count: usize,
     cells: Vec<Cell>,
+    middle_nodes: Vec<MiddleNode>,
+}
+
+/// Node in the middle of a straight edge: of quadratic elements, whose corners are a [`Cell`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct MiddleNode {
+    /// Number of the node.
+    pub node: u32,
+    /// Numbers of the nodes at the ends of the edge, ascending.
+    pub ends: [u32; 2],
+}
+
+impl MiddleNode {
+    /// Returns the node of an edge whose ends are in any order.
+    #[must_use]
+    pub fn new(node: u32, mut ends: [u32; 2]) -> Self {
+        ends.sort_unstable();
+        Self { node, ends }
+    }
+
+    /// Returns the middle between the ends.
+    pub(crate) fn middle(self, positions: &[DVec3]) -> DVec3 {
+        let [a, b] = self.ends.map(|end| positions[end as usize]);
+        a.midpoint(b)
+    }
 }
 
 impl VolumeMesh {
@@ -31,13 +58,45 @@ impl VolumeMesh {
                 }
             }
         }
-        Ok(Self { node_count, cells })
+        Ok(Self { node_count, cells, middle_nodes: Vec::new() })
+    }
+
+    /// Adds the nodes in the middle of edges, each once or several times.
+    ///
+    /// # Errors
+    ///
+    /// The first node out of range, on two edges, or at a corner of a cell: [`VolumeError::MiddleNode`].
+    pub fn with_middle_nodes(mut self, mut nodes: Vec<MiddleNode>) -> Result<Self, VolumeError> {
+        // Cells share edges, of which each has one node.
+        nodes.sort_unstable();
+        nodes.dedup();
+        let mut is_corner = vec![false; self.node_count];
+        for &node in self.cells.iter().flat_map(Cell::nodes) {
+            is_corner[node as usize] = true;
+        }
+
+        let corner = |node: u32| is_corner.get(node as usize).copied();
+        for (place, &MiddleNode { node, ends }) in nodes.iter().enumerate() {
+            let is_repeated = place > 0 && nodes[place - 1].node == node;
+            let stands_apart = corner(node) == Some(false) && !is_repeated;
+            if !stands_apart || ends.map(corner) != [Some(true); 2] {
+                return Err(VolumeError::MiddleNode { node, ends });
+            }
+        }
+        self.middle_nodes = nodes;
+        Ok(self)
     }
 
     /// Returns the number of nodes, those without a cell included.
     #[must_use]
     pub fn node_count(&self) -> usize {
         self.node_count
+    }
+
+    /// Returns the nodes in the middle of edges, ascending.
+    #[must_use]
+    pub fn middle_nodes(&self) -> &[MiddleNode] {
+        &self.middle_nodes
     }
 
     /// Returns the cells.

@@ -1,11 +1,11 @@
 //! Quality of cells: the scaled Jacobian.
 //!
 //! At each corner of a cell, the determinant of its three edges over the product of their lengths;
-//! times √2 in tetrahedra, so that a regular one has 1. The least of all corners is that of the cell.
+//! times √2 in tetrahedra and 2/√3 in wedges, so that regular ones have 1. The least of all corners is that of the cell.
 //! It is 0 for a flat cell, and negative for an inverted one.
 //!
 //! Source: P. M. Knupp, C. D. Ernst, D. C. Thompson, C. J. Stimpson and P. P. Pébay, "The Verdict
-//! geometric quality library", SAND2007-1751, 2007, sections 5 and 6.
+//! geometric quality library", SAND2007-1751, 2007, sections 5, 6 and 8.
 
 use std::f64::consts::SQRT_2;
 
@@ -54,7 +54,11 @@ impl VolumeMesh {
 /// Computes the least scaled Jacobian of a cell's corners; −1 where it is not finite.
 pub(crate) fn scaled_jacobian(cell: &Cell, positions: &[DVec3]) -> f64 {
     let node = |place: usize| positions[cell.nodes()[place] as usize];
-    let factor = if matches!(cell, Cell::Tetrahedron(_)) { SQRT_2 } else { 1.0 };
+    let factor = match cell {
+        Cell::Tetrahedron(_) => SQRT_2,
+        Cell::Wedge(_) => 2.0 / 3.0_f64.sqrt(),
+        Cell::Hexahedron(_) => 1.0,
+    };
     let mut least = f64::INFINITY;
 
     for &[corner, a, b, c] in cell.corners() {

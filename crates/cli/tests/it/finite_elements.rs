@@ -1,5 +1,7 @@
 //! The way of `docs/finite-elements.md`: mesh files in, gap proved, files out.
 
+use std::collections::BTreeMap;
+
 use fixtures::Mesh;
 use fixtures::shapes::icosphere;
 use fixtures::volume::Block;
@@ -35,23 +37,46 @@ fn muscle() -> Block {
     Block::new(size, [9, 9, 6]).with_noise(size, 0.1).translated(DVec3::new(0.53, 0.47, 4.27))
 }
 
-/// Returns a block as an Abaqus input file, numbered from 101, of hexahedra or of tetrahedra.
-fn inp(block: &Block, of_tetrahedra: bool) -> String {
+/// Returns a block as an Abaqus input file of elements of a type, numbered from 101.
+fn inp(block: &Block, kind: &str) -> String {
     let mut text = "*Heading\n a block\n*Node\n".to_owned();
-    for (number, x) in (101..).zip(&block.nodes) {
+    let (mut nodes, mut elements) = (block.nodes.clone(), elements(block, kind));
+    if kind == "C3D10" {
+        add_middle_nodes(&mut nodes, &mut elements);
+    }
+    for (number, x) in (101..).zip(&nodes) {
         text += &format!("{number}, {:.4}, {:.4}, {:.4}\n", x.x, x.y, x.z);
     }
-    let elements: Vec<Vec<u32>> = if of_tetrahedra {
-        block.tetrahedra().into_iter().map(Vec::from).collect()
-    } else {
-        block.hexahedra.iter().map(|nodes| nodes.to_vec()).collect()
-    };
-    text += if of_tetrahedra { "*Element, type=C3D4\n" } else { "*Element, type=C3D8R\n" };
+    text += &format!("*Element, type={kind}\n");
     for (number, nodes) in (1..).zip(elements) {
         let nodes: Vec<String> = nodes.into_iter().map(|node| (node + 101).to_string()).collect();
         text += &format!("{number}, {}\n", nodes.join(", "));
     }
     text + "*Nset, nset=attachment\n101, 102\n*Material, name=muscle\n*Elastic\n 0.1, 0.45\n"
+}
+
+/// Returns the corners of a block's elements.
+fn elements(block: &Block, kind: &str) -> Vec<Vec<u32>> {
+    match kind {
+        "C3D4" | "C3D10" => block.tetrahedra().into_iter().map(Vec::from).collect(),
+        "C3D6" => block.wedges().into_iter().map(Vec::from).collect(),
+        _ => block.hexahedra.iter().map(|nodes| nodes.to_vec()).collect(),
+    }
+}
+
+/// Adds a node in the middle of each edge of tetrahedra, in the order of Abaqus.
+fn add_middle_nodes(nodes: &mut Vec<DVec3>, elements: &mut [Vec<u32>]) {
+    let mut known = BTreeMap::new();
+    for element in elements {
+        for [a, b] in [[0, 1], [1, 2], [0, 2], [0, 3], [1, 3], [2, 3]] {
+            let ends = [element[a].min(element[b]), element[a].max(element[b])];
+            let node = *known.entry(ends).or_insert_with(|| {
+                nodes.push(0.5 * (nodes[ends[0] as usize] + nodes[ends[1] as usize]));
+                u32::try_from(nodes.len() - 1).expect("few nodes")
+            });
+            element.push(node);
+        }
+    }
 }
 
 fn json(workshop: &Workshop, name: &str) -> Value {
@@ -60,10 +85,10 @@ fn json(workshop: &Workshop, name: &str) -> Value {
 
 #[test]
 fn the_commands_of_the_page_give_files_with_a_gap() {
-    for of_tetrahedra in [false, true] {
+    for kind in ["C3D8R", "C3D4", "C3D6"] {
         let workshop = Workshop::new();
-        workshop.write("bone.inp", inp(&bone(), false));
-        workshop.write("muscle.inp", inp(&muscle(), of_tetrahedra));
+        workshop.write("bone.inp", inp(&bone(), "C3D8R"));
+        workshop.write("muscle.inp", inp(&muscle(), kind));
         let [seen, resolved, checked] = &commands()[..] else { panic!("three commands") };
         let run = |command: &[&str]| workshop.run(command[0], &command[1..]);
 
@@ -82,7 +107,8 @@ fn the_commands_of_the_page_give_files_with_a_gap() {
         let [before, after] = ["muscle.inp", "apart/muscle.inp"].map(|name| workshop.read(name));
         let [before, after]: [Vec<&str>; 2] = [before.lines().collect(), after.lines().collect()];
         assert_eq!(before.len(), after.len());
-        let nodes = 3..3 + muscle().nodes.len();
+        let nodes =
+            3..before.iter().position(|line| line.starts_with("*Element")).expect("elements");
         let mut moved = 0;
         for (line, (before, after)) in before.iter().zip(&after).enumerate() {
             let number = |text: &str| text.split(',').next().map(str::to_owned);
@@ -103,6 +129,58 @@ fn the_commands_of_the_page_give_files_with_a_gap() {
     }
 }
 
+/// Sets of nodes have those in the middle of edges, too; what is written is as straight as what was read.
+#[test]
+fn quadratic_elements_stay_straight_and_attached() {
+    let workshop = Workshop::new();
+    workshop.write("bone.inp", inp(&bone(), "C3D8R"));
+    workshop.write("muscle.inp", inp(&muscle(), "C3D10"));
+    let before = mesh_io::read_mesh(&workshop.path("muscle.inp")).expect("a mesh");
+    let before = before.volume.expect("a volume mesh");
+
+    // One node in the middle of an edge of the flank, by its number, stands for both ends.
+    let from_flank = |node: u32| before.nodes[node as usize].distance(DVec3::new(0.53, 5.0, 4.8));
+    let on_surface = |node: u32| before.boundary.nodes.binary_search(&node).is_ok();
+    let middle = before
+        .mesh
+        .middle_nodes()
+        .iter()
+        .filter(|middle| middle.ends.iter().all(|&end| on_surface(end)));
+    let middle =
+        middle.min_by(|a, b| from_flank(a.node).total_cmp(&from_flank(b.node))).expect("an edge");
+    workshop.write("attachment.txt", before.node_numbers[middle.node as usize].to_string());
+    let bodies = "[[body]]\nfile = \"bone.inp\"\nkind = \"rigid\"\n\
+                  [[body]]\nfile = \"muscle.inp\"\nkind = \"deformable\"\n";
+    let resolved = |scene: &str, folder: &str| {
+        workshop.write("scene.toml", scene);
+        let run = workshop.run("resolve", &["scene.toml", "--gap", "0.02", "--out", folder]);
+        assert_eq!(run.status, 0, "{}{}", run.stdout, run.stderr);
+        let path = workshop.path(&format!("{folder}/muscle.inp"));
+        mesh_io::read_mesh(&path).expect("straight edges").volume.expect("a volume mesh")
+    };
+    let free = resolved(bodies, "free");
+    assert_ne!(
+        free.nodes[middle.node as usize], before.nodes[middle.node as usize],
+        "it would move"
+    );
+    let fixed = "[[fixed]]\nbody = \"muscle\"\nvertices = \"attachment.txt\"\n";
+    let after = resolved(&format!("{bodies}{fixed}"), "apart");
+    let moves = |node: u32| before.nodes[node as usize] != after.nodes[node as usize];
+    assert!(!middle.ends.iter().copied().any(moves) && !moves(middle.node), "{middle:?}");
+    let mut moved = 0;
+    for edge in after.mesh.middle_nodes() {
+        let [a, b] = edge.ends.map(|end| after.nodes[end as usize]);
+        let x = after.nodes[edge.node as usize];
+        if edge.ends.iter().copied().any(moves) {
+            moved += 1;
+            assert!(x.distance(0.5 * (a + b)) < 1e-11, "{edge:?}");
+        } else {
+            assert!(!moves(edge.node), "{edge:?}");
+        }
+    }
+    assert!(moved > 20, "{moved}");
+}
+
 /// A muscle one element thin, in which a deep dent would invert elements.
 #[test]
 fn elements_in_the_way_are_named() {
@@ -110,8 +188,8 @@ fn elements_in_the_way_are_named() {
     let scene = "[[body]]\nfile = \"bone.inp\"\nkind = \"rigid\"\n[[body]]\nfile = \"muscle.inp\"\n\
         [[fixed]]\nbody = \"muscle\"\nbox = [[-1, -1, 4.6], [11, 11, 9]]\n";
     let thin = Block::new(DVec3::new(9.0, 9.0, 0.5), [9, 9, 1]);
-    workshop.write("bone.inp", inp(&bone(), false));
-    workshop.write("muscle.inp", inp(&thin.translated(DVec3::new(0.53, 0.47, 4.2)), false));
+    workshop.write("bone.inp", inp(&bone(), "C3D8R"));
+    workshop.write("muscle.inp", inp(&thin.translated(DVec3::new(0.53, 0.47, 4.2)), "C3D8R"));
     workshop.write("scene.toml", scene);
     let arguments = ["scene.toml", "--gap", "0.08", "--out", "apart", "--no-report"];
     let before = workshop.listing();
@@ -155,7 +233,7 @@ fn elements_in_the_way_are_named() {
 #[test]
 fn inverted_elements_are_named_by_their_number() {
     let workshop = Workshop::new();
-    let text = inp(&Block::new(DVec3::ONE, [1; 3]), true);
+    let text = inp(&Block::new(DVec3::ONE, [1; 3]), "C3D4");
     // The first element with two nodes exchanged.
     let element = text.lines().find(|line| line.starts_with("1, ")).expect("an element");
     let nodes: Vec<&str> = element.split(", ").collect();
@@ -176,7 +254,7 @@ fn elements_that_are_left_out_are_counted_by_type() {
     let workshop = Workshop::new();
     let elements = "*Element, type=S3R\n901, 101, 102, 103\n902, 102, 103, 104\n*Element, type=U7\n\
                     911, 101, 102,\n103, 104\n*Element, type=s3r\n903, 101, 102, 104\n";
-    let solid = inp(&Block::new(DVec3::ONE, [1; 3]), false);
+    let solid = inp(&Block::new(DVec3::ONE, [1; 3]), "C3D8R");
     workshop.write("bone.inp", solid.replace("*Nset", &format!("{elements}*Nset")));
     workshop.write("plain.inp", solid);
     let text =

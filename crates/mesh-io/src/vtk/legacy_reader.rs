@@ -16,8 +16,8 @@ use crate::{FilePlace, ReadError, Space};
 
 pub(super) const LEGACY: Format = Format {
     name: "VTK",
-    remedy: "save it as polygonal data of plain polygons, or as an unstructured grid of linear \
-             tetrahedra and hexahedra, with points of type float or double",
+    remedy: "save it as polygonal data of plain polygons, or as an unstructured grid of \
+             tetrahedra, wedges and hexahedra, with points of type float or double",
 };
 
 /// First version whose lists of cells are two arrays.

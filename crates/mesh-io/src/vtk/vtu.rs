@@ -1,13 +1,14 @@
-//! VTK unstructured grids (`.vtu`): points, and tetrahedra and hexahedra, or else polygons, of all pieces
-//! as one mesh.
+//! VTK unstructured grids (`.vtu`): points, and tetrahedra, wedges and hexahedra, or else polygons, of all
+//! pieces as one mesh.
 //!
-//! Cells without volume are skipped where others have some, and counted where they are surfaces apart from these; other cells with volume are refused. The writer takes values
-//! per node, as that of surfaces does.
+//! Cells without volume are skipped where others have some, and counted where they are surfaces apart from
+//! these; other cells with volume are refused. The writer takes values per node, as that of surfaces does,
+//! and leaves quadratic elements without the nodes in the middle of their edges.
 
 use glam::DVec3;
-use volume_mesh::{Cell, VolumeMesh};
+use volume_mesh::VolumeMesh;
 
-use super::elements::{GridElements, HEXAHEDRON, TETRAHEDRON};
+use super::elements::{GridElements, vtk_cell};
 use super::piece::{Piece, shifted};
 use super::write::{array, field_data, point_arrays};
 use super::{Dialect, PointValues, VtkFile};
@@ -19,7 +20,7 @@ use crate::{ReadError, Space};
 pub(super) const VTU: Dialect = Dialect {
     format: Format {
         name: "VTU",
-        remedy: "save it as an unstructured grid of linear tetrahedra and hexahedra, or of polygons, \
+        remedy: "save it as an unstructured grid of tetrahedra, wedges and hexahedra, or of polygons, \
                  uncompressed or compressed by zlib",
     },
     dataset: "UnstructuredGrid",
@@ -69,10 +70,10 @@ pub fn write_vtu(
 ) -> String {
     let (mut connectivity, mut ends, mut types) = (Vec::new(), Vec::new(), Vec::new());
     for cell in mesh.cells() {
-        connectivity.extend(cell.nodes());
+        let (kind, nodes) = vtk_cell(cell);
+        connectivity.extend(nodes);
         ends.push(connectivity.len() as u64);
-        let is_tetrahedron = matches!(cell, Cell::Tetrahedron(_));
-        types.push(if is_tetrahedron { TETRAHEDRON } else { HEXAHEDRON });
+        types.push(kind);
     }
 
     // Arrays stand inline, as those of surfaces do.

@@ -243,7 +243,7 @@ fn defects_are_named_with_their_place() {
         (changed(&old, "4 5 8", "4 5 9"), "face 5 refers to vertex 9"),
         (changed(&new, "OFFSETS", "ENDS"), "OFFSETS expected, not 'ENDS'"),
         (changed(&new, "0 4 8 12", "0 4 3 12"), "offset 1 does not lie within the connectivity"),
-        (changed(&grid, "12 10 10", "12 10 13"), "cells of VTK's type 13 cannot be read"),
+        (changed(&grid, "12 10 10", "12 10 14"), "cells of VTK's type 14 cannot be read"),
         (changed(&grid, "12 10 10", "10 10 10"), "element 'CELLS': cell 1 of type 10 has 8 points"),
         (
             changed(&grid, "CELL_TYPES 4\n5 ", "CELL_TYPES 3\n"),

@@ -7,6 +7,7 @@ mod limits;
 mod meshes;
 mod off;
 mod replaced;
+mod solids;
 mod spellings;
 mod volumes;
 mod vtk;

@@ -1,8 +1,9 @@
 //! Volume meshes: one planted block of a hexahedron with tetrahedra on top, in every format.
 
+use fixtures::volume::Block;
 use glam::DVec3;
 use mesh_io::{Mesh, ReadError, Space, Volume, parse_mesh, write_vtu};
-use volume_mesh::Cell;
+use volume_mesh::{Cell, VolumeMesh};
 
 use crate::{ROUNDS, Random, damaged};
 
@@ -46,7 +47,7 @@ pub(crate) const MSH_4: &str = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\
     3 1 5 1\n3 11 21 31 41 51 61 71 81\n3 1 4 2\n7 51 61 71 91\n8 51 71 81 91\n$EndElements\n";
 
 fn vtu() -> String {
-    let mesh = volume_mesh::VolumeMesh::new(NODES.len(), cells()).expect("valid nodes");
+    let mesh = VolumeMesh::new(NODES.len(), cells()).expect("valid nodes");
     write_vtu(&NODES.map(DVec3::from_array), &mesh, &[], None)
 }
 
@@ -60,7 +61,7 @@ fn files() -> [(&'static str, String, [u64; 3]); 4] {
     ]
 }
 
-fn volume(mesh: Mesh) -> Volume {
+pub(crate) fn volume(mesh: Mesh) -> Volume {
     mesh.volume.expect("a volume mesh")
 }
 
@@ -159,9 +160,9 @@ fn every_format_gives_the_planted_block() {
 
 #[test]
 fn nodes_inside_are_no_vertices() {
-    let block = fixtures::volume::Block::new(DVec3::ONE, [2; 3]);
+    let block = Block::new(DVec3::ONE, [2; 3]);
     let cells = block.hexahedra.iter().copied().map(Cell::Hexahedron).collect();
-    let mesh = volume_mesh::VolumeMesh::new(27, cells).expect("valid nodes");
+    let mesh = VolumeMesh::new(27, cells).expect("valid nodes");
     let space = Some(Space::RightAnteriorSuperior);
     let file = write_vtu(&block.nodes, &mesh, &[], space);
     let read = parse_mesh(file.as_bytes(), "vtu").unwrap();
@@ -189,19 +190,21 @@ fn defects_are_named_with_their_place() {
         (inp("21, 1., 0, 0", "11, 1., 0, 0"), "INP file: line 6: node 11 is defined again"),
         (inp("7, 51, 61, 71, 91", "7, 51, 61"), "an element of 4 nodes has 2"),
         (inp("  51, 61, 71, 81\n", ""), "INP file: line 16: element 3 ends early"),
-        (inp("C3D8R", "C3D20R"), "elements of type 'C3D20R' cannot be read; save it as one part"),
+        (inp("C3D8R", "C3D27R"), "elements of type 'C3D27R' cannot be read; save it as one part"),
+        (inp("C3D8R", "C3D20R"), "INP file: line 16: an element of 20 nodes has 8"),
         (inp("*Nset", "*Include"), "the keyword 'INCLUDE' cannot be read"),
         (inp("*End Part", "*Part, name=other"), "more than one part or instance cannot be read"),
         (inp("part=block\n", "part=block\n1., 0., 0.\n"), "an instance that is placed anew"),
         (inp("7, 51, 61, 71, 91", "7, 51, 61, 51, 91"), "cell 1 has node 4 twice"),
         (msh("2.2 0 8", "2.2 1 8"), "MSH file: binary data cannot be read; save it as text"),
         (msh("2.2 0 8", "4 0 8"), "version '4' cannot be read"),
-        (msh("7 4 2 1 1", "7 11 2 1 1"), "element type 11 cannot be read"),
+        (msh("7 4 2 1 1", "7 7 2 1 1"), "element type 7 cannot be read"),
+        (msh("7 4 2 1 1", "7 11 2 1 1"), "MSH file: line 20: an element of 10 nodes has 4"),
         (msh("51 61 71 91", "51 61 71 92"), "MSH file: line 20: node 92 is not defined above"),
         (msh("$Nodes\n9", "$Nodes\n10"), "a section ends before its declared end"),
         (msh("$Elements\n4", "$Elements\n5"), "a section ends before its declared end"),
         (msh("1 2 2 1 1 11 21 31", "1 2"), "an element has a number, a type and tags"),
-        (msh("$Elements", "$Nothing"), "has 9 nodes and no tetrahedra or hexahedra"),
+        (msh("$Elements", "$Nothing"), "has 9 nodes and no tetrahedra, wedges or hexahedra"),
         (msh_4("2 1 0 4", "2 1 0"), "MSH file: line 9: 4 whole numbers expected"),
         (msh_4("\n31\n", "\nx\n"), "'x' is not a whole number"),
         (

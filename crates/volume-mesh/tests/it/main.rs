@@ -2,17 +2,20 @@
 
 use fixtures::volume::Block;
 use volume_mesh::glam::{DMat3, DVec3};
-use volume_mesh::{Boundary, Cell, FollowParams, Followed, Progress, VolumeError, VolumeMesh};
+use volume_mesh::{
+    Boundary, Cell, FollowParams, Followed, MiddleNode, Progress, VolumeError, VolumeMesh,
+};
 
 const SIZE: DVec3 = DVec3::new(3.0, 2.0, 1.0);
 
-/// Blocks with displaced nodes inside: of hexahedra and of tetrahedra.
-fn blocks() -> [(VolumeMesh, Vec<DVec3>); 2] {
+/// Blocks with displaced nodes inside: of hexahedra, of tetrahedra and of wedges.
+fn blocks() -> [(VolumeMesh, Vec<DVec3>); 3] {
     let block = Block::new(SIZE, [5, 4, 4]).with_noise(SIZE, 0.08);
     let hexahedra = block.hexahedra.iter().copied().map(Cell::Hexahedron).collect();
     let tetrahedra = block.tetrahedra().into_iter().map(Cell::Tetrahedron).collect();
+    let wedges = block.wedges().into_iter().map(Cell::Wedge).collect();
     let count = block.nodes.len();
-    [hexahedra, tetrahedra]
+    [hexahedra, tetrahedra, wedges]
         .map(|cells| (VolumeMesh::new(count, cells).expect("valid nodes"), block.nodes.clone()))
 }
 
@@ -63,6 +66,17 @@ fn quality_is_that_of_known_cells() {
     let inverted = quality(Cell::Tetrahedron([1, 0, 2, 3]), &corners);
     assert!((inverted + 1.0).abs() < 1e-12, "{inverted}");
 
+    // A wedge on an equilateral triangle, and one half of a cube.
+    let wedge = |base: [DVec3; 3]| [base, base.map(|x| x + 4.0 * DVec3::Z)].concat();
+    let equilateral = wedge([DVec3::ZERO, DVec3::X, DVec3::new(0.5, 0.75_f64.sqrt(), 0.0)]);
+    let jacobian = quality(Cell::Wedge([0, 1, 2, 3, 4, 5]), &equilateral);
+    assert!((jacobian - 1.0).abs() < 1e-12, "{jacobian}");
+    let jacobian = quality(Cell::Wedge([3, 4, 5, 0, 1, 2]), &equilateral);
+    assert!((jacobian + 1.0).abs() < 1e-12, "{jacobian}");
+    let half = wedge([DVec3::ZERO, DVec3::X, DVec3::Y]);
+    let jacobian = quality(Cell::Wedge([0, 1, 2, 3, 4, 5]), &half);
+    assert!((jacobian - (2.0_f64 / 3.0).sqrt()).abs() < 1e-12, "{jacobian}");
+
     // The tip of a corner tetrahedron: right angles, edges of 1, 1 and √2.
     let right = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
     let jacobian = quality(Cell::Tetrahedron([0, 1, 2, 3]), &right);
@@ -97,6 +111,88 @@ fn a_boundary_that_stays_moves_nothing() {
         assert_eq!((followed.positions, followed.steps), (rest, 0));
         assert_eq!(followed.before, followed.after);
     }
+}
+
+/// Returns a mesh with a node in the middle of each edge of its cells, behind all others.
+fn quadratic(mesh: &VolumeMesh, rest: &[DVec3]) -> (VolumeMesh, Vec<DVec3>) {
+    let mut edges: Vec<[u32; 2]> = Vec::new();
+    for cell in mesh.cells() {
+        let boundary = VolumeMesh::new(rest.len(), vec![*cell]).expect("a cell").boundary();
+        for [a, b, c] in boundary.expect("one cell").faces {
+            edges.extend([[a, b], [b, c], [c, a]].map(|edge| {
+                let mut edge = edge.map(|place| {
+                    let mut nodes = cell.nodes().to_vec();
+                    nodes.sort_unstable();
+                    nodes[place as usize]
+                });
+                edge.sort_unstable();
+                edge
+            }));
+        }
+    }
+    edges.sort_unstable();
+    edges.dedup();
+
+    let (mut positions, mut middle_nodes) = (rest.to_vec(), Vec::new());
+    for [a, b] in edges {
+        let node = u32::try_from(positions.len()).expect("few nodes");
+        positions.push(0.5 * (rest[a as usize] + rest[b as usize]));
+        // Each edge comes from several cells, in either direction.
+        middle_nodes.extend([[a, b], [b, a], [a, b]].map(|ends| MiddleNode::new(node, ends)));
+    }
+    let mesh = VolumeMesh::new(positions.len(), mesh.cells().to_vec()).expect("valid nodes");
+    (mesh.with_middle_nodes(middle_nodes).expect("nodes apart from corners"), positions)
+}
+
+/// Quadratic elements with straight edges have the surface, the quality and the interior of their corners.
+#[test]
+fn nodes_in_the_middle_of_edges_stay_there() {
+    for (linear, rest) in blocks() {
+        let (mesh, rest_of_all) = quadratic(&linear, &rest);
+        assert!(mesh.middle_nodes().len() > 3 * rest.len());
+        assert_eq!(boundary(&mesh), boundary(&linear));
+
+        // Those of edges that stay are not touched, though they are a little aside.
+        let mut rest_of_all = rest_of_all;
+        for x in &mut rest_of_all[rest.len()..] {
+            *x += 1e-5;
+        }
+        let mut target = boundary(&linear).positions(&rest);
+        let corner = target.len() - 1;
+        target[corner] += DVec3::new(-0.1, 0.05, -0.1);
+        let [with, without] =
+            [(&mesh, &rest_of_all), (&linear, &rest)].map(|(mesh, x)| follow(mesh, x, &target));
+        assert_eq!(with.positions[..rest.len()], without.positions);
+        assert_eq!((with.before, with.after), (without.before, without.after));
+
+        let (mut moved, x) = (0, &with.positions);
+        for middle in mesh.middle_nodes() {
+            let [a, b] = middle.ends.map(|end| end as usize);
+            let expected = if [a, b].iter().all(|&end| x[end] == rest[end]) {
+                rest_of_all[middle.node as usize]
+            } else {
+                moved += 1;
+                (x[a] + x[b]) / 2.0
+            };
+            assert_eq!(x[middle.node as usize], expected, "{middle:?}");
+        }
+        assert!(0 < moved && moved < mesh.middle_nodes().len(), "{moved}");
+    }
+}
+
+#[test]
+fn nodes_that_are_in_the_middle_of_no_edge_are_refused() {
+    let mesh = || VolumeMesh::new(6, vec![Cell::Tetrahedron([0, 1, 2, 3])]).expect("a cell");
+    let middle = |node, ends| mesh().with_middle_nodes(vec![MiddleNode::new(node, ends)]);
+    assert!(middle(4, [1, 0]).is_ok());
+    // Out of range, a corner, an end that is no corner, and an end that is out of range.
+    for (node, ends) in [(6, [0, 1]), (3, [0, 1]), (4, [0, 5]), (4, [0, 6])] {
+        assert_eq!(middle(node, ends), Err(VolumeError::MiddleNode { node, ends }));
+    }
+    // One node on two edges.
+    let twice = vec![MiddleNode::new(4, [0, 1]), MiddleNode::new(4, [2, 1])];
+    let refused = VolumeError::MiddleNode { node: 4, ends: [1, 2] };
+    assert_eq!(mesh().with_middle_nodes(twice), Err(refused));
 }
 
 /// Presses the middle of the top by a depth, fading to the sides.
