@@ -72,6 +72,7 @@ impl LoadedScene {
             }
             conditions.fixed.push(FixedVertices { body, vertices });
         }
+        self.tie_shared_nodes(&mut conditions);
         Ok(conditions)
     }
 

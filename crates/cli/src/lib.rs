@@ -16,6 +16,7 @@ mod output;
 mod phase;
 mod report;
 mod scene;
+mod shared_nodes;
 mod stopwatch;
 mod terminal;
 

@@ -9,7 +9,7 @@ use mesh_io::{FileError, Mesh, Space, Volume};
 use musculo_collide::surface::{
     Aabb, PositionBuffer, Positions, SurfaceError, TriangleSurface, inspect, parallel,
 };
-use musculo_collide::{BodyKind, PairReport, Scene, SceneError};
+use musculo_collide::{BodyId, BodyKind, PairReport, Scene, SceneError};
 
 use crate::failure::{Failure, FailureKind};
 use crate::output::FilePlan;
@@ -24,7 +24,7 @@ use crate::terminal;
 #[derive(Debug, Args)]
 pub(crate) struct SceneArguments {
     /// Scene file (.toml), or mesh files: PLY, OBJ, OFF, STL or VTP; volume meshes and surfaces: VTU,
-    /// VTK, MSH or INP
+    /// VTK, MSH or INP; FEBio models (.feb), whose parts are bodies
     #[arg(required = true, value_name = "SCENE.toml | MESH")]
     pub(crate) inputs: Vec<PathBuf>,
 
@@ -76,6 +76,8 @@ pub(crate) struct LoadedScene {
     pub(crate) volumes: Vec<Option<Volume>>,
     /// Per body, the numbers of its vertices in the file, where they are not counted from 0.
     pub(crate) vertex_numbers: Vec<Option<Vec<u64>>>,
+    /// Index of each vertex among the nodes of its file, of bodies that are parts of one.
+    pub(crate) nodes: Vec<Option<Vec<u32>>>,
     /// Space that files state, which is that of all.
     pub(crate) space: Option<Space>,
 }
@@ -87,17 +89,25 @@ impl LoadedScene {
         let (meshes, space) = read_meshes(&description)?;
 
         // Bodies in the order of the description, whichever was read first.
-        let (bodies, volumes, vertex_numbers) = (Vec::new(), Vec::new(), Vec::new());
-        let scene = Scene::new();
-        let mut loaded = Self { description, scene, bodies, volumes, vertex_numbers, space };
+        let mut loaded = Self {
+            description,
+            scene: Scene::new(),
+            bodies: Vec::new(),
+            volumes: Vec::new(),
+            vertex_numbers: Vec::new(),
+            nodes: Vec::new(),
+            space,
+        };
         let mut ids = Vec::new();
         for inspected in meshes {
-            let InspectedMesh { record, surface, positions, volume, vertex_numbers } = inspected?;
+            let InspectedMesh { record, surface, positions, volume, vertex_numbers, nodes } =
+                inspected?;
             let (name, kind) = (record.name.as_str(), record.kind);
             ids.push(loaded.scene.add(name, kind, surface, positions)?);
             loaded.bodies.push(record);
             loaded.volumes.push(volume);
             loaded.vertex_numbers.push(vertex_numbers);
+            loaded.nodes.push(nodes);
         }
 
         for IgnoredPair { a, b } in &loaded.description.ignored {
@@ -105,6 +115,17 @@ impl LoadedScene {
             loaded.scene.ignore(ids[a], ids[b]);
         }
         Ok(loaded)
+    }
+
+    /// Returns the number of a node in the file of a body that is a part of it.
+    pub(crate) fn node_number(&self, body: BodyId, node: u32) -> u64 {
+        let body = body.index();
+        if let Some(volume) = &self.volumes[body] {
+            return volume.node_numbers[node as usize];
+        }
+        let vertex = self.nodes[body].as_ref().and_then(|nodes| nodes.binary_search(&node).ok());
+        let numbers = self.vertex_numbers[body].as_ref();
+        vertex.zip(numbers).map_or(u64::from(node), |(vertex, numbers)| numbers[vertex])
     }
 
     /// Returns the margin of the description, or else the mean edge length of all bodies.
@@ -183,7 +204,7 @@ fn read_meshes(description: &SceneDescription) -> Result<(Vec<Inspected>, Option
         file_length,
         || (),
         |(), body| {
-            let mesh = mesh_io::read_mesh(&body.path)?;
+            let mesh = mesh_io::read_parts(&body.path, &body.parts)?;
             Ok::<_, FileError>((mesh.space, InspectedMesh::new(body, mesh)))
         },
     );
@@ -291,12 +312,13 @@ struct InspectedMesh {
     positions: Vec<DVec3>,
     volume: Option<Volume>,
     vertex_numbers: Option<Vec<u64>>,
+    nodes: Option<Vec<u32>>,
 }
 
 impl InspectedMesh {
     fn new(body: &BodyDescription, mesh: Mesh) -> Result<Self, SceneError> {
         let refused = |source| SceneError::Surface { name: body.name.clone(), source };
-        let Mesh { mut positions, mut faces, mut volume, vertex_numbers, .. } = mesh;
+        let Mesh { mut positions, mut faces, mut volume, vertex_numbers, nodes, .. } = mesh;
         if let Some(placement) = &body.placement {
             // Its nodes stay where the file has them, so that it is a surface here.
             volume = None;
@@ -328,6 +350,6 @@ impl InspectedMesh {
             self_crossings: None,
             volume_mesh: volume.as_ref().map(VolumeRecord::new),
         };
-        Ok(Self { record, surface, positions, volume, vertex_numbers })
+        Ok(Self { record, surface, positions, volume, vertex_numbers, nodes })
     }
 }

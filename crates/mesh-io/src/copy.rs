@@ -120,6 +120,18 @@ impl<'a> Copy<'a> {
         }
     }
 
+    /// Replaces the coordinates of a position in text.
+    pub(crate) fn put_position(
+        &mut self,
+        places: &[Range<usize>; 3],
+        x: DVec3,
+        precision: Precision,
+    ) {
+        for (place, value) in places.iter().zip(x.to_array()) {
+            self.put_number(place.clone(), value, precision);
+        }
+    }
+
     /// Returns the copy up to the end of the file.
     pub(crate) fn finish(mut self) -> Vec<u8> {
         self.content.extend(self.file.get(self.copied..).unwrap_or_default());

@@ -125,6 +125,23 @@ pub enum ReadError {
     /// Cells are no volume mesh.
     #[error(transparent)]
     Volume(#[from] VolumeError),
+    /// A file has no part of a name.
+    #[error("has no part {part}; its parts are {known}", part = quoted(.part), known = listed(.known))]
+    UnknownPart {
+        /// Name that is none.
+        part: String,
+        /// Names of its parts.
+        known: Vec<String>,
+    },
+    /// A file has several parts, of which none is named.
+    #[error("has the parts {known}: name those of the body", known = listed(.known))]
+    SeveralParts {
+        /// Names of its parts.
+        known: Vec<String>,
+    },
+    /// A format has no parts by name.
+    #[error("has no parts that can be named: only FEBio models do")]
+    NoParts,
     /// An edge of a quadratic element is curved.
     #[error(
         "node {node} is {offset} off the middle between nodes {a} and {b}, which are {length} apart: edges of quadratic elements must be straight, within a thousandth of their length; save linear elements",
@@ -161,6 +178,19 @@ pub enum ReadError {
     /// Grid or values are not those of a distance field.
     #[error(transparent)]
     Field(#[from] FieldError),
+}
+
+/// Maximum number of names that a message lists: files may have any number of them.
+const MAX_LISTED: usize = 20;
+
+/// Lists names in quotation marks.
+fn listed(names: &[String]) -> String {
+    let mut list: Vec<String> = names.iter().take(MAX_LISTED).map(quoted).collect();
+    let more = names.len().saturating_sub(MAX_LISTED);
+    if more > 0 {
+        list.push(format!("and {more} more"));
+    }
+    list.join(", ")
 }
 
 /// Format of a file, which builds the refusals that name it.

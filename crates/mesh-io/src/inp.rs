@@ -18,7 +18,7 @@ use crate::solid::{NumberedCells, Solid};
 use crate::text::{Line, Lines, number, placed_fields, quoted};
 use crate::text_nodes::TextNodes;
 use crate::volume::MeshElements;
-use crate::{ReadError, SkippedElements};
+use crate::{FilePlace, ReadError, SkippedElements};
 
 const INP: Format = Format {
     name: "INP",
@@ -185,7 +185,7 @@ impl InpContent {
         let Some(node) = fields.next().and_then(|field| number(field.text)) else {
             return Err(INP.on_line(line.number, "a node begins with its number"));
         };
-        self.nodes.push(&INP, line, node, fields)
+        self.nodes.push(&INP, &FilePlace::Line(line.number), node, fields)
     }
 
     /// Reads a line of an element of some nodes, which may continue the line above.
@@ -212,7 +212,7 @@ impl InpContent {
             return Ok(());
         }
         let Some((&number, nodes)) = self.element.split_first() else { return Ok(()) };
-        let nodes = self.nodes.indices(&INP, line.number, nodes, node_count)?;
+        let nodes = self.nodes.indices(&INP, &FilePlace::Line(line.number), nodes, node_count)?;
         if let Block::Solids(solid) = block {
             self.cells.push(number, solid, &nodes);
         } else {

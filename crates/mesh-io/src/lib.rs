@@ -11,6 +11,7 @@
 //! | VTK | volume mesh or surface, legacy files of VTK as text or binary | yes | [`replace_positions`] |
 //! | MSH | volume mesh or surface, text of versions 2 and 4.1 | yes | [`replace_positions`] |
 //! | INP | volume mesh or surface, one part | yes | [`replace_positions`] |
+//! | FEB | parts of an FEBio model: volume meshes or surfaces | [`read_parts`] | [`move_nodes`] |
 //! | OSIM | OpenSim model: meshes of its bodies | [`read_model`] | no |
 //! | NRRD | distance field, raw or gzip | yes | [`FieldFormat::encode`] |
 //! | VTI | distance field, every encoding of VTK | yes | [`FieldFormat::encode`] |
@@ -42,6 +43,7 @@ struct Readme;
 
 mod copy;
 mod error;
+mod feb;
 mod field;
 mod inp;
 mod mesh;
@@ -53,6 +55,7 @@ mod off;
 mod osim;
 mod osim_frames;
 mod osim_values;
+mod parts;
 mod ply;
 mod ply_binary;
 mod ply_header;
@@ -78,9 +81,9 @@ pub use self::copy::Precision;
 pub use self::error::{FileError, FilePlace, ReadError};
 pub use self::field::FieldFormat;
 pub use self::mesh::{Mesh, Unread};
-pub use self::mesh_format::{MeshFormat, parse_mesh};
+pub use self::mesh_format::{MeshFormat, parse_mesh, parse_parts, part_names};
 pub use self::osim::{ModelBody, ModelMesh, OpenSimModel};
-pub use self::replace::{coordinate_precision, replace_positions};
+pub use self::replace::{coordinate_precision, move_nodes, replace_positions};
 pub use self::skipped::SkippedElements;
 pub use self::source::{MAX_FILE_BYTES, MAX_STREAM_BYTES, read_file, read_text, separator_advice};
 pub use self::space::Space;
@@ -96,6 +99,26 @@ pub use self::vtk::{CellValues, Cells, PointValues, write_vtp, write_vtp_cells, 
 pub fn read_mesh(path: &Path) -> Result<Mesh, FileError> {
     let mesh = content(path).and_then(|bytes| parse_mesh(&bytes, &extension(path)));
     mesh.map_err(|reason| FileError { path: path.to_owned(), reason })
+}
+
+/// Reads the mesh of some parts of a file; without names, that of its only part.
+///
+/// # Errors
+///
+/// The path with the reason, where the file cannot be read, has no such parts, or these are no mesh.
+pub fn read_parts(path: &Path, parts: &[String]) -> Result<Mesh, FileError> {
+    let mesh = content(path).and_then(|bytes| parse_parts(&bytes, &extension(path), parts));
+    mesh.map_err(|reason| FileError { path: path.to_owned(), reason })
+}
+
+/// Reads the names of the parts of a file that are meshes, none of a format without parts.
+///
+/// # Errors
+///
+/// The path with the reason, where the file cannot be read or does not follow its format.
+pub fn read_part_names(path: &Path) -> Result<Vec<String>, FileError> {
+    let names = content(path).and_then(|bytes| part_names(&bytes, &extension(path)));
+    names.map_err(|reason| FileError { path: path.to_owned(), reason })
 }
 
 /// Reads an OpenSim model.

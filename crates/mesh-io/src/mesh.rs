@@ -43,6 +43,8 @@ pub struct Mesh {
     /// Number of each vertex in the file, where vertices are nodes: those of an MSH, INP or VTU file; `None`
     /// where they are counted from 0.
     pub vertex_numbers: Option<Vec<u64>>,
+    /// Index of each vertex among all nodes of the file, where the mesh is a part of it.
+    pub nodes: Option<Vec<u32>>,
     /// Volume mesh whose boundary this is, of a file with tetrahedra, wedges or hexahedra.
     pub volume: Option<Volume>,
 }
@@ -91,6 +93,35 @@ impl Polygons {
     fn iter(&self) -> impl Iterator<Item = &[i64]> {
         let mut start = 0;
         self.ends.iter().map(move |&end| &self.corners[std::mem::replace(&mut start, end)..end])
+    }
+
+    /// Adds all polygons of others behind its own.
+    pub(crate) fn append(&mut self, others: &Self) {
+        for corners in others.iter() {
+            self.push(corners.iter().copied());
+        }
+    }
+
+    /// Numbers the corners, all below `node_count`, anew by the nodes that are corners, in their order.
+    /// Returns these nodes.
+    pub(crate) fn renumber(&mut self, node_count: usize) -> Vec<u32> {
+        let mut places = vec![None; node_count];
+        let place_of = |corner: i64| usize::try_from(corner).unwrap_or(usize::MAX);
+        for &corner in &self.corners {
+            places[place_of(corner)] = Some(0);
+        }
+
+        let mut nodes = Vec::new();
+        for (node, place) in (0..).zip(&mut places) {
+            if place.is_some() {
+                *place = i64::try_from(nodes.len()).ok();
+                nodes.push(node);
+            }
+        }
+        for corner in &mut self.corners {
+            *corner = places[place_of(*corner)].unwrap_or(*corner);
+        }
+        nodes
     }
 
     pub(crate) fn push(&mut self, corners: impl IntoIterator<Item = i64>) {
@@ -167,6 +198,7 @@ impl Mesh {
             skipped: None,
             space: None,
             vertex_numbers: None,
+            nodes: None,
             volume: None,
         }
     }

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use crate::text::split_mark;
 use crate::vtk::{is_legacy, parse_legacy, parse_vtp, parse_vtu, write_vtp};
-use crate::{Mesh, ReadError, Space, extension, inp, msh, obj, off, ply, stl};
+use crate::{Mesh, ReadError, Space, extension, feb, inp, msh, obj, off, ply, stl};
 
 /// File format of a triangle mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,6 +85,8 @@ pub(crate) enum FileFormat {
     Msh,
     /// Abaqus input.
     Inp,
+    /// FEBio model.
+    Feb,
 }
 
 impl FileFormat {
@@ -105,6 +107,9 @@ impl FileFormat {
         if is_legacy(head) {
             return Ok(Self::Vtk);
         }
+        if holds(b"<febio_spec") {
+            return Ok(Self::Feb);
+        }
         if head.starts_with(b"$MeshFormat") {
             return Ok(Self::Msh);
         }
@@ -114,7 +119,7 @@ impl FileFormat {
 
         // The others begin with anything: the extension decides, if it is one of ours.
         let likely = stl::is_likely(bytes).then_some(Self::Surface(MeshFormat::Stl));
-        let expected = "PLY, OBJ, OFF, STL, VTP, VTU, VTK, MSH or INP";
+        let expected = "PLY, OBJ, OFF, STL, VTP, VTU, VTK, MSH, INP or FEB";
         Self::of_extension(extension).or(likely).ok_or(ReadError::UnknownFormat { expected })
     }
 
@@ -124,6 +129,7 @@ impl FileFormat {
             "vtk" => Some(Self::Vtk),
             "msh" => Some(Self::Msh),
             "inp" => Some(Self::Inp),
+            "feb" => Some(Self::Feb),
             other => MeshFormat::of_extension(other).map(Self::Surface),
         }
     }
@@ -146,5 +152,34 @@ pub fn parse_mesh(bytes: &[u8], extension: &str) -> Result<Mesh, ReadError> {
         FileFormat::Vtk => parse_legacy(bytes),
         FileFormat::Msh => msh::parse(bytes),
         FileFormat::Inp => inp::parse(bytes),
+        FileFormat::Feb => feb::parse(bytes)?.into_mesh(&[]),
+    }
+}
+
+/// Reads the mesh of some parts of a file; without names, that of its only part.
+///
+/// # Errors
+///
+/// The reason, where the content has no such parts, or these are no mesh; [`ReadError::NoParts`] for
+/// names in a format without any.
+pub fn parse_parts(bytes: &[u8], extension: &str, parts: &[String]) -> Result<Mesh, ReadError> {
+    let (_, content) = split_mark(bytes);
+    match FileFormat::recognize(content, extension)? {
+        FileFormat::Feb => feb::parse(content)?.into_mesh(parts),
+        _ if parts.is_empty() => parse_mesh(bytes, extension),
+        _ => Err(ReadError::NoParts),
+    }
+}
+
+/// Returns the names of the parts that are meshes, none in a format without parts.
+///
+/// # Errors
+///
+/// The reason, where the content does not follow its format.
+pub fn part_names(bytes: &[u8], extension: &str) -> Result<Vec<String>, ReadError> {
+    let (_, content) = split_mark(bytes);
+    match FileFormat::recognize(content, extension)? {
+        FileFormat::Feb => Ok(feb::parse(content)?.names()),
+        _ => Ok(Vec::new()),
     }
 }

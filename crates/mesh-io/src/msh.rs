@@ -10,13 +10,13 @@
 
 use std::collections::BTreeMap;
 
-use crate::ReadError;
 use crate::error::Format;
 use crate::mesh::{Mesh, Polygons};
 use crate::solid::{NumberedCells, Solid};
 use crate::text::{Line, Lines, number, placed_words, quoted};
 use crate::text_nodes::TextNodes;
 use crate::volume::MeshElements;
+use crate::{FilePlace, ReadError};
 
 const MSH: Format = Format {
     name: "MSH",
@@ -144,7 +144,7 @@ impl MshContent {
             let Some(node) = words.next().and_then(|word| number(word.text)) else {
                 return Err(MSH.on_line(line.number, "a node begins with its number"));
             };
-            self.nodes.push(&MSH, &line, node, words)?;
+            self.nodes.push(&MSH, &FilePlace::Line(line.number), node, words)?;
         }
         Ok(())
     }
@@ -162,7 +162,12 @@ impl MshContent {
             // Coordinates stand in the order of the numbers.
             for node in nodes {
                 let line = needed(lines)?;
-                self.nodes.push(&MSH, &line, node, placed_words(line.text, line.start))?;
+                self.nodes.push(
+                    &MSH,
+                    &FilePlace::Line(line.number),
+                    node,
+                    placed_words(line.text, line.start),
+                )?;
             }
         }
         Ok(())
@@ -182,7 +187,7 @@ impl MshContent {
             // Nodes stand behind as many tags as the element says.
             let first = usize::try_from(tags).unwrap_or(usize::MAX).saturating_add(3);
             let nodes = numbers.get(first..).unwrap_or_default();
-            self.push_element(line.number, element, kind, nodes)?;
+            self.push_element(&FilePlace::Line(line.number), element, kind, nodes)?;
         }
         Ok(())
     }
@@ -198,7 +203,7 @@ impl MshContent {
                 let Some((&element, nodes)) = numbers.split_first() else {
                     return Err(MSH.on_line(line.number, "an element begins with its number"));
                 };
-                self.push_element(line.number, element, kind, nodes)?;
+                self.push_element(&FilePlace::Line(line.number), element, kind, nodes)?;
             }
         }
         Ok(())
@@ -206,24 +211,24 @@ impl MshContent {
 
     fn push_element(
         &mut self,
-        line: usize,
+        at: &FilePlace,
         element: u64,
         kind: u64,
         nodes: &[u64],
     ) -> Result<(), ReadError> {
         let Self { nodes: known, cells, polygons, .. } = self;
         if let Some(solid) = solid(kind) {
-            cells.push(element, solid, &known.indices(&MSH, line, nodes, solid.node_count())?);
+            cells.push(element, solid, &known.indices(&MSH, at, nodes, solid.node_count())?);
             return Ok(());
         }
 
         let has_surface = self.elements == MeshElements::Polygons;
         match kind {
             TRIANGLE if has_surface => {
-                polygons.push_nodes(&known.indices(&MSH, line, nodes, 3)?);
+                polygons.push_nodes(&known.indices(&MSH, at, nodes, 3)?);
             }
             QUADRILATERAL if has_surface => {
-                polygons.push_nodes(&known.indices(&MSH, line, nodes, 4)?);
+                polygons.push_nodes(&known.indices(&MSH, at, nodes, 4)?);
             }
             TRIANGLE | QUADRILATERAL => polygons.push(known.known_indices(nodes)),
             _ if CURVED_SURFACES.contains(&kind) && !has_surface => {

@@ -4,6 +4,8 @@
 //! and comments stay. Text that stands for a coordinate already is kept as it is spelled. What is
 //! written reads back to positions that are rounded to the file's number type.
 
+use std::collections::BTreeMap;
+
 use glam::DVec3;
 
 use crate::copy::{Copy, Precision, check_count, check_range};
@@ -11,7 +13,7 @@ use crate::mesh_format::FileFormat;
 use crate::text::split_mark;
 use crate::text_nodes::TextNodes;
 use crate::vtk::{VtkPoints, legacy_precision, replace_legacy, replace_points};
-use crate::{MeshFormat, ReadError, inp, msh, obj, off, ply_replace, stl};
+use crate::{MeshFormat, ReadError, feb, inp, msh, obj, off, ply_replace, stl};
 
 /// Writes a mesh file again with other positions: those of its vertices, or of all nodes of a volume
 /// mesh.
@@ -51,7 +53,37 @@ fn replaced(file: &[u8], extension: &str, positions: &[DVec3]) -> Result<Vec<u8>
         FileFormat::Inp => {
             replace_nodes(file, &inp::parse_nodes(file)?, Precision::TwentyCharacters, positions)
         }
+        FileFormat::Feb => {
+            replace_nodes(file, &feb::parse(file)?.nodes, Precision::Double, positions)
+        }
     }
+}
+
+/// Writes a file with parts again, with some of its nodes elsewhere, by their indices.
+///
+/// # Errors
+///
+/// [`ReadError::NoParts`] of other files; a position that is not finite, and a node that the file has not.
+pub fn move_nodes(
+    file: &[u8],
+    extension: &str,
+    moves: &BTreeMap<u32, DVec3>,
+) -> Result<Vec<u8>, ReadError> {
+    let (mark, file) = split_mark(file);
+    if FileFormat::recognize(file, extension)? != FileFormat::Feb {
+        return Err(ReadError::NoParts);
+    }
+    let places = feb::parse(file)?.nodes.places;
+    let mut copy = Copy::new(file);
+    for (&node, &x) in moves {
+        check_range(Precision::Double, &[x], node as usize)?;
+        let Some(places) = places.get(node as usize) else {
+            let (expected, found) = (places.len(), node as usize + 1);
+            return Err(ReadError::PositionCount { expected, found });
+        };
+        copy.put_position(places, x, Precision::Double);
+    }
+    Ok([mark, &copy.finish()].concat())
 }
 
 /// Returns the number type in which [`replace_positions`] writes coordinates into a file.
@@ -62,9 +94,9 @@ fn replaced(file: &[u8], extension: &str, positions: &[DVec3]) -> Result<Vec<u8>
 pub fn coordinate_precision(file: &[u8], extension: &str) -> Result<Precision, ReadError> {
     let (_, file) = split_mark(file);
     match FileFormat::recognize(file, extension)? {
-        FileFormat::Surface(MeshFormat::Obj | MeshFormat::Off) | FileFormat::Msh => {
-            Ok(Precision::Double)
-        }
+        FileFormat::Surface(MeshFormat::Obj | MeshFormat::Off)
+        | FileFormat::Msh
+        | FileFormat::Feb => Ok(Precision::Double),
         FileFormat::Surface(MeshFormat::Ply) => ply_replace::precision(file),
         FileFormat::Surface(MeshFormat::Stl) => Ok(stl::precision(file)),
         FileFormat::Surface(MeshFormat::Vtp) => VtkPoints::PolyData.precision(file),
@@ -85,9 +117,7 @@ fn replace_nodes(
     check_range(precision, positions, 0)?;
     let mut copy = Copy::new(file);
     for (places, x) in nodes.places.iter().zip(positions) {
-        for (place, value) in places.iter().zip(x.to_array()) {
-            copy.put_number(place.clone(), value, precision);
-        }
+        copy.put_position(places, *x, precision);
     }
     Ok(copy.finish())
 }

@@ -25,6 +25,13 @@ impl SkippedElements {
         }
     }
 
+    /// Adds the counts of others.
+    pub(crate) fn append(&mut self, others: Self) {
+        for (kind, count) in others.counts {
+            *self.counts.entry(kind).or_default() += count;
+        }
+    }
+
     /// Returns the elements, `None` where there are none.
     pub(crate) fn if_any(self) -> Option<Self> {
         (!self.counts.is_empty()).then_some(self)

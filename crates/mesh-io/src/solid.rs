@@ -78,6 +78,13 @@ impl NumberedCells {
         self.cells.is_empty()
     }
 
+    /// Adds all elements of others behind its own.
+    pub(crate) fn append(&mut self, others: Self) {
+        self.cells.extend(others.cells);
+        self.numbers.extend(others.numbers);
+        self.middle_nodes.extend(others.middle_nodes);
+    }
+
     /// Adds an element. Returns false where it has another number of nodes than its type.
     pub(crate) fn push(&mut self, number: u64, solid: Solid, nodes: &[u32]) -> bool {
         if nodes.len() != solid.node_count() {

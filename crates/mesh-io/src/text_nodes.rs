@@ -5,10 +5,10 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use crate::ReadError;
 use crate::error::Format;
-use crate::text::{Line, PlacedWord, number, quoted};
+use crate::text::{PlacedWord, number, quoted};
 use crate::volume::NumberedNodes;
+use crate::{FilePlace, ReadError};
 
 /// Nodes of a text file, in its order.
 #[derive(Debug, Default)]
@@ -21,11 +21,11 @@ pub(crate) struct TextNodes {
 }
 
 impl TextNodes {
-    /// Adds a node with the first three words behind its number.
+    /// Adds a node, which stands at a place of the file, with the first three words behind its number.
     pub(crate) fn push<'a>(
         &mut self,
         format: &Format,
-        line: &Line<'a>,
+        at: &FilePlace,
         node: u64,
         mut words: impl Iterator<Item = PlacedWord<'a>>,
     ) -> Result<(), ReadError> {
@@ -33,11 +33,11 @@ impl TextNodes {
         let mut places = [0..0, 0..0, 0..0];
         for axis in 0..3 {
             let Some(word) = words.next() else {
-                return Err(format.on_line(line.number, "a node needs three coordinates"));
+                return Err(format.malformed(at.clone(), "a node needs three coordinates"));
             };
             let Some(coordinate) = number(word.text) else {
                 let problem = format!("{} is not a number", quoted(word.text));
-                return Err(format.on_line(line.number, problem));
+                return Err(format.malformed(at.clone(), problem));
             };
             position[axis] = coordinate;
             places[axis] = word.place;
@@ -47,7 +47,7 @@ impl TextNodes {
         let index = u32::try_from(self.numbered.positions.len());
         let index = index.map_err(|_| ReadError::TooManyVertices(self.places.len()))?;
         if self.index_of.insert(node, index).is_some() {
-            return Err(format.on_line(line.number, format!("node {node} is defined again")));
+            return Err(format.malformed(at.clone(), format!("node {node} is defined again")));
         }
         self.numbered.positions.push(position);
         self.numbered.numbers.push(node);
@@ -64,18 +64,20 @@ impl TextNodes {
     pub(crate) fn indices(
         &self,
         format: &Format,
-        line: usize,
+        at: &FilePlace,
         nodes: &[u64],
         count: usize,
     ) -> Result<Vec<u32>, ReadError> {
         if nodes.len() != count {
             let problem = format!("an element of {count} nodes has {}", nodes.len());
-            return Err(format.on_line(line, problem));
+            return Err(format.malformed(at.clone(), problem));
         }
         let mut indices = Vec::with_capacity(count);
         for node in nodes {
             let Some(&known) = self.index_of.get(node) else {
-                return Err(format.on_line(line, format!("node {node} is not defined above")));
+                return Err(
+                    format.malformed(at.clone(), format!("node {node} is not defined above"))
+                );
             };
             indices.push(known);
         }

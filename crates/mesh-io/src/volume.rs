@@ -32,3 +32,15 @@ pub(crate) struct NumberedNodes {
     pub(crate) positions: Vec<DVec3>,
     pub(crate) numbers: Vec<u64>,
 }
+
+impl NumberedNodes {
+    /// Returns some of the nodes, by their indices.
+    pub(crate) fn of(&self, indices: &[u32]) -> Self {
+        let (mut positions, mut numbers) = (Vec::new(), Vec::new());
+        for &index in indices {
+            positions.push(self.positions[index as usize]);
+            numbers.push(self.numbers[index as usize]);
+        }
+        Self { positions, numbers }
+    }
+}

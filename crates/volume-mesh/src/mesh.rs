@@ -93,6 +93,17 @@ impl VolumeMesh {
         self.node_count
     }
 
+    /// Returns the nodes of cells and those in the middle of their edges, ascending.
+    #[must_use]
+    pub fn used_nodes(&self) -> Vec<u32> {
+        let corners = self.cells.iter().flat_map(Cell::nodes);
+        let mut nodes: Vec<u32> =
+            corners.copied().chain(self.middle_nodes.iter().map(|middle| middle.node)).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        nodes
+    }
+
     /// Returns the nodes in the middle of edges, ascending.
     #[must_use]
     pub fn middle_nodes(&self) -> &[MiddleNode] {

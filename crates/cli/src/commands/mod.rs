@@ -1,5 +1,6 @@
 //! The subcommands, one module each.
 
+mod body_file;
 mod check;
 mod field;
 mod joint_arguments;
@@ -18,6 +19,7 @@ mod range_map;
 mod resolve;
 mod resolve_arguments;
 mod resolve_files;
+mod resolve_parts;
 mod run_cache;
 mod vector;
 

@@ -9,9 +9,10 @@ use mesh_io::Precision;
 use musculo_collide::{BodyKind, Conditions, ResolveParams, Resolver, WrittenPrecision};
 
 use super::Finished;
+use super::body_file::BodyFile;
 use super::check::{CheckedScene, detect, overlap_shapes};
 use super::resolve_arguments::ResolveArgs;
-use super::resolve_files::{BodyFile, check_elements, complete_files, precisions, suffix};
+use super::resolve_files::{check_elements, complete_files, precisions, suffix};
 use crate::failure::Failure;
 use crate::load::{LoadedScene, SceneArguments};
 use crate::output::{FilePlan, Outputs};
@@ -160,8 +161,11 @@ fn for_files(
 /// Mark in the names of files that hold no proved state.
 pub(super) const UNPROVED: &str = "_unproved";
 
+/// Returns the name of the file of a body: parts of one file stay in one, which has its name.
 fn mesh_file(body: &BodyDescription, mark: &str) -> String {
-    format!("{}{mark}{}", body.name, suffix(body))
+    let stem = body.path.file_stem().unwrap_or_default().to_string_lossy();
+    let name = if body.parts.is_empty() { &body.name } else { &*stem };
+    format!("{name}{mark}{}", suffix(body))
 }
 
 fn displacement_file(body: &BodyDescription, mark: &str, has_volume: bool) -> String {
@@ -180,8 +184,11 @@ impl ResolveArguments {
     fn plan(&self, description: &SceneDescription) -> FilePlan {
         let mut files = Vec::new();
 
-        for body in &description.bodies {
-            files.push(mesh_file(body, ""));
+        for (number, body) in description.bodies.iter().enumerate() {
+            let mut before = description.bodies[..number].iter();
+            if !before.any(|other| other.shares_file(body)) {
+                files.push(mesh_file(body, ""));
+            }
         }
         if !self.no_report {
             files.extend(STATES.map(|state| report_file(state, "")));
@@ -203,10 +210,11 @@ impl ResolveArguments {
         for (number, (description, file)) in loaded.description.bodies.iter().zip(files).enumerate()
         {
             let mesh = self.out.join(mesh_file(description, mark));
-            if document.resolved {
-                outputs.stage(&mesh, &file.content)?;
-            } else {
-                outputs.stage_found(&mesh, &file.content)?;
+            match &file.content {
+                Some(content) if document.resolved => outputs.stage(&mesh, content)?,
+                Some(content) => outputs.stage_found(&mesh, content)?,
+                // In the file of a body before.
+                None => {}
             }
 
             // Bones do not move, and have no displacements.

@@ -18,6 +18,12 @@ pub(crate) enum SceneProblem {
     SceneAmongOthers(PathBuf),
     #[error("two bodies are named '{name}': {first} and {second}; give them names in a scene file")]
     SameName { name: String, first: String, second: String },
+    #[error("part '{part}' is of '{first}' and of '{second}': a part is of one body", first = .names[0], second = .names[1])]
+    SamePart {
+        part: String,
+        /// Names of both bodies.
+        names: [String; 2],
+    },
     #[error("the body of {file} is named '{name}', which cannot name an output file{advice}")]
     BadName {
         name: String,

@@ -8,8 +8,9 @@
 //! motion = "walk.json"    # for the commands `motion` and `plan`; default none
 //!
 //! [[body]]
-//! name = "femur"          # default: the file's name without extension
+//! name = "femur"          # default: the first part, or the file's name without extension
 //! file = "femur.ply"      # relative to the folder of the scene file; / between folders
+//! parts = ["Part1"]       # of an FEBio model, those that are this body; default: its only one
 //! kind = "rigid"          # or "open" (a sheet), or "deformable", the default
 //! follows = "femur_r"     # name in the motion; default: the body's name
 //! stiffness = 2.0         # for `resolve`: yields half as much as others; default: 1
@@ -88,6 +89,9 @@ pub(crate) struct BodyDescription {
     /// The same file, relative to the working directory.
     #[serde(skip)]
     pub(crate) path: PathBuf,
+    /// Names of the parts of the file that are the body; none for its only part.
+    #[serde(default)]
+    pub(crate) parts: Vec<String>,
     #[serde(default = "deformable")]
     pub(crate) kind: BodyKind,
     /// Name in the motion that the body follows; none for its own.
@@ -136,17 +140,15 @@ impl SceneDescription {
 
         let mut scene = Self::default();
         for path in inputs {
-            let (file, kind) = (path.display().to_string(), BodyKind::Deformable);
-            scene.bodies.push(BodyDescription {
-                name: stem(path),
-                file,
-                path: path.clone(),
-                kind,
-                follows: None,
-                stiffness: None,
-                uncross: false,
-                placement: None,
-            });
+            let parts = part_names(path)?;
+            if parts.len() < 2 {
+                scene.bodies.push(BodyDescription::of_file(stem(path), path, &[]));
+                continue;
+            }
+            for part in &parts {
+                let parts = std::slice::from_ref(part);
+                scene.bodies.push(BodyDescription::of_file(part.clone(), path, parts));
+            }
         }
         scene.check_names()?;
         Ok(scene)
@@ -170,7 +172,8 @@ impl SceneDescription {
         for body in &mut scene.bodies {
             body.path = folder.join(&body.file);
             if body.name.is_empty() {
-                body.name = stem(&body.path);
+                let part = body.parts.first().cloned();
+                body.name = part.unwrap_or_else(|| stem(&body.path));
             }
         }
 
@@ -226,13 +229,24 @@ impl SceneDescription {
     fn check_names(&self) -> Result<(), SceneProblem> {
         // A name must not lead to another folder, nor control a terminal.
         let is_in_file_name = |c: char| !matches!(c, '/' | '\\') && !c.is_control();
-        for (number, BodyDescription { name, file, path, .. }) in self.bodies.iter().enumerate() {
+        for (number, body) in self.bodies.iter().enumerate() {
+            let BodyDescription { name, file, path, .. } = body;
             if name.is_empty() || !name.chars().all(is_in_file_name) {
                 // A name that is that of the file is as the path gave it.
                 let advice = mesh_io::separator_advice(path).filter(|_| *name == stem(path));
                 let advice = advice.map(|advice| format!(": {advice}")).unwrap_or_default();
                 let (name, file) = (name.clone(), file.clone());
                 return Err(SceneProblem::BadName { name, file, advice });
+            }
+
+            // A part of two bodies would be two bodies in one place.
+            let others = self.bodies[..number].iter();
+            for other in others.filter(|other| other.shares_file(body)) {
+                let mut parts = other.parts.iter();
+                if let Some(part) = parts.find(|part| body.parts.contains(part)) {
+                    let names = [other.name.clone(), name.clone()];
+                    return Err(SceneProblem::SamePart { part: part.clone(), names });
+                }
             }
 
             // Both files are named, as either may be the mistake.
@@ -247,6 +261,34 @@ impl SceneDescription {
         }
         Ok(())
     }
+}
+
+impl BodyDescription {
+    /// Describes a soft body that is a file, or parts of one.
+    fn of_file(name: String, path: &Path, parts: &[String]) -> Self {
+        Self {
+            name,
+            file: path.display().to_string(),
+            path: path.to_owned(),
+            parts: parts.to_vec(),
+            kind: BodyKind::Deformable,
+            follows: None,
+            stiffness: None,
+            uncross: false,
+            placement: None,
+        }
+    }
+
+    /// Returns true if both bodies are parts of one file.
+    pub(crate) fn shares_file(&self, other: &Self) -> bool {
+        !self.parts.is_empty() && !other.parts.is_empty() && self.path == other.path
+    }
+}
+
+/// Returns the names of the parts of a file that may have several, which is read for them.
+fn part_names(path: &Path) -> Result<Vec<String>, Failure> {
+    let is_model = path.extension().is_some_and(|own| own.eq_ignore_ascii_case("feb"));
+    if is_model && path.is_file() { Ok(mesh_io::read_part_names(path)?) } else { Ok(Vec::new()) }
 }
 
 /// Returns the refusal of a text that is no scene; a path of Windows in double quotes has escapes.

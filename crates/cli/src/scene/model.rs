@@ -57,14 +57,10 @@ fn add_meshes(body: &ModelBody, folder: &Path, model: &Path, scene: &mut SceneDe
         // The map from bodies to meshes is stated.
         terminal::print_line("note", &format!("{name} follows {}: {}", body.name, file.display()));
         scene.bodies.push(BodyDescription {
-            name,
-            file: file.display().to_string(),
-            path: file,
             kind: BodyKind::Rigid,
             follows: Some(body.name.clone()),
-            stiffness: None,
-            uncross: false,
             placement: Some(to_mass_center * mesh.placement),
+            ..BodyDescription::of_file(name, &file, &[])
         });
     }
 }

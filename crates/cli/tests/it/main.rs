@@ -5,6 +5,7 @@ mod anatomy;
 mod bad_input;
 mod check;
 mod earlier;
+mod febio;
 mod field;
 mod files;
 mod finite_elements;

@@ -1,6 +1,7 @@
 //! Readers against planted meshes and fields in every format, and against damage.
 
 mod element_surfaces;
+mod feb;
 mod fields;
 mod legacy;
 mod limits;

@@ -43,6 +43,7 @@ fn expected() -> Mesh {
         skipped: None,
         space: None,
         vertex_numbers: None,
+        nodes: None,
         volume: None,
     }
 }

@@ -179,6 +179,7 @@ fn planted() -> Mesh {
         skipped: None,
         space: None,
         vertex_numbers: None,
+        nodes: None,
         volume: None,
     }
 }

@@ -1,0 +1,156 @@
+//! Files of bodies that are parts of one file, after overlap removal.
+//!
+//! A model is written once, with the nodes of all of its parts where their bodies are. What was written is
+//! read again, part by part, as other files are.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use glam::DVec3;
+use musculo_collide::volume_mesh::Followed;
+use musculo_collide::{BodyId, Progress};
+
+use super::body_file::{BodyFile, NO_TRIANGLES, elements, extension, follow};
+use crate::failure::Failure;
+use crate::load::LoadedScene;
+
+/// Part of a file at the end, before it is written.
+struct MovedPart {
+    body: BodyId,
+    /// Volume mesh behind its surface, where there is one that has moved.
+    followed: Option<Followed>,
+}
+
+/// Completes a file of which bodies are parts, and moves these to what it holds. Returns a body file for each; the
+/// first one has the content.
+pub(super) fn complete_parts(
+    loaded: &mut LoadedScene,
+    bodies: &[BodyId],
+    start: &[Vec<DVec3>],
+    progress: Progress<'_>,
+) -> Result<Vec<BodyFile>, Failure> {
+    let Some(first) = bodies.first() else { return Ok(Vec::new()) };
+    let path = loaded.description.bodies[first.index()].path.clone();
+    let refused = |error| Failure::in_file(&path, error);
+    let original = mesh_io::read_file(&path)?;
+
+    // Volume meshes follow their surfaces, and each node goes where the bodies have it.
+    let (mut parts, mut nodes) = (Vec::new(), MovedNodes::default());
+    for &body in bodies {
+        let part = MovedPart::new(loaded, body, &start[body.index()], progress)?;
+        nodes.add(loaded, &part, &start[body.index()], &path)?;
+        parts.push(part);
+    }
+    let content = mesh_io::move_nodes(&original, &extension(&path), &nodes.moves());
+    let content = content.map_err(refused)?;
+
+    let mut files = Vec::new();
+    for part in parts {
+        let number = part.body.index();
+        let description = &loaded.description.bodies[number];
+        let mesh = mesh_io::parse_parts(&content, &extension(&path), &description.parts);
+        let mesh = mesh.map_err(refused)?;
+        if mesh.faces != loaded.scene.body(part.body).surface().faces() {
+            return Err(Failure::in_file(&path, NO_TRIANGLES));
+        }
+        let content = files.is_empty().then(|| content.clone());
+        let mut file = BodyFile::new(content, &start[number], &mesh.positions);
+        if let (Some(volume), Some(written)) = (&loaded.volumes[number], mesh.volume) {
+            file.elements = part.followed.map(|moved| elements(volume, &moved, &written.nodes));
+            file.set_nodes(&volume.nodes, written.nodes);
+        }
+        loaded.scene.move_body(part.body, &mesh.positions)?;
+        files.push(file);
+    }
+    Ok(files)
+}
+
+impl MovedPart {
+    fn new(
+        loaded: &LoadedScene,
+        body: BodyId,
+        start: &[DVec3],
+        progress: Progress<'_>,
+    ) -> Result<Self, Failure> {
+        let positions = loaded.scene.body(body).positions();
+        let followed = match &loaded.volumes[body.index()] {
+            Some(volume) if positions != start => Some(follow(volume, positions, progress)?),
+            _ => None,
+        };
+        Ok(Self { body, followed })
+    }
+}
+
+/// Distance within which bodies have a shared node in one place \[mean edge length of soft bodies\]: below, ties
+/// do not hold as closely; above, elements are torn.
+const ONE_PLACE: f64 = 1e-3;
+
+/// Nodes of a file, each where the bodies that have it are at the end.
+#[derive(Debug, Default)]
+struct MovedNodes {
+    /// Start and end of each node of a body, and the first body that has it.
+    nodes: BTreeMap<u32, ([DVec3; 2], BodyId)>,
+}
+
+impl MovedNodes {
+    /// Adds the nodes of a part. One that another part has goes where the first one has it, and is refused where
+    /// the two are apart.
+    fn add(
+        &mut self,
+        loaded: &LoadedScene,
+        part: &MovedPart,
+        start: &[DVec3],
+        path: &Path,
+    ) -> Result<(), Failure> {
+        let body = part.body;
+        for (node, from, to) in part.moves(loaded, start) {
+            let (known, first) = self.put(node, [from, to], body);
+            if !known.abs_diff_eq(to, ONE_PLACE * loaded.soft_edge()) {
+                let [first, second] = [first, body].map(|body| loaded.scene.body(body).name());
+                let number = loaded.node_number(body, node);
+                let problem = format!(
+                    "node {number} is of '{first}' and of '{second}', which would be at {known} and at {to}: \
+                     tie them where they share nodes, or give each its own"
+                );
+                return Err(Failure::in_file(path, problem));
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds a node of a body with its start and end. Returns the end by the first body that has it.
+    fn put(&mut self, node: u32, ends: [DVec3; 2], body: BodyId) -> (DVec3, BodyId) {
+        let ([_, to], first) = self.nodes.entry(node).or_insert((ends, body));
+        (*to, *first)
+    }
+
+    /// Returns the positions of nodes that are elsewhere than at the start.
+    fn moves(&self) -> BTreeMap<u32, DVec3> {
+        let moved = self.nodes.iter().filter(|(_, ([from, to], _))| from != to);
+        moved.map(|(&node, &([_, to], _))| (node, to)).collect()
+    }
+}
+
+impl MovedPart {
+    /// Returns start and end of every node of the part.
+    fn moves(&self, loaded: &LoadedScene, start: &[DVec3]) -> Vec<(u32, DVec3, DVec3)> {
+        let mut moves = Vec::new();
+        let number = self.body.index();
+        match &loaded.volumes[number] {
+            Some(volume) => {
+                let ends = self.followed.as_ref().map_or(&volume.nodes, |moved| &moved.positions);
+                for node in volume.mesh.used_nodes() {
+                    moves.push((node, volume.nodes[node as usize], ends[node as usize]));
+                }
+            }
+            None => {
+                let ends = loaded.scene.body(self.body).positions();
+                let nodes = loaded.nodes[number].iter().flatten();
+                for ((&node, from), to) in nodes.zip(start).zip(ends) {
+                    moves.push((node, *from, *to));
+                }
+            }
+        }
+        moves
+    }
+}

@@ -1,0 +1,222 @@
+//! FEBio models: bodies are parts of one file, which is written as one.
+
+use std::fmt::Write as _;
+
+use fixtures::volume::Block;
+use glam::DVec3;
+use serde_json::Value;
+
+use crate::support::Workshop;
+
+/// Model of parts over one list of nodes.
+#[derive(Default)]
+struct Model {
+    nodes: Vec<DVec3>,
+    elements: String,
+}
+
+impl Model {
+    /// Adds a part of hexahedra, over nodes of its own but for those that others have there.
+    fn add(&mut self, name: &str, block: &Block) {
+        let mut places = Vec::new();
+        for x in &block.nodes {
+            let known = self.nodes.iter().position(|known| known == x);
+            places.push(known.unwrap_or_else(|| {
+                self.nodes.push(*x);
+                self.nodes.len() - 1
+            }));
+        }
+        writeln!(self.elements, "<Elements type=\"hex8\" name=\"{name}\">").expect("text");
+        for (number, nodes) in block.hexahedra.iter().enumerate() {
+            // Nodes are numbered from 101.
+            let nodes = nodes.map(|node| (places[node as usize] + 101).to_string());
+            writeln!(self.elements, "<elem id=\"{number}\">{}</elem>", nodes.join(","))
+                .expect("text");
+        }
+        self.elements += "</Elements>\n";
+    }
+
+    fn text(&self) -> String {
+        let mut text = "<?xml version=\"1.0\"?>\n<febio_spec version=\"4.0\">\n<Mesh>\n\
+                        <Nodes name=\"all\">\n"
+            .to_owned();
+        for (number, x) in (101..).zip(&self.nodes) {
+            writeln!(text, "<node id=\"{number}\">{:?},{:?},{:?}</node>", x.x, x.y, x.z)
+                .expect("text");
+        }
+        let rest =
+            "<NodeSet name=\"attachment\">101,102</NodeSet>\n</Mesh>\n<LoadData/>\n</febio_spec>\n";
+        text + "</Nodes>\n" + &self.elements + rest
+    }
+}
+
+/// A bone, cartilage upon it that shares its nodes, and a meniscus that is 0.1 in the cartilage.
+fn knee() -> Model {
+    let mut model = Model::default();
+    let block = |height: f64, layers: u32, z: f64| {
+        let block = Block::new(DVec3::new(8.0, 8.0, height), [8, 8, layers]);
+        block.translated(DVec3::Z * z)
+    };
+    model.add("bone", &block(2.0, 2, 0.0));
+    model.add("cartilage", &block(1.0, 2, 2.0));
+    let meniscus = Block::new(DVec3::new(4.0, 4.0, 2.0), [5, 5, 3]);
+    model.add("meniscus", &meniscus.translated(DVec3::new(2.13, 1.97, 2.9)));
+    model
+}
+
+const SCENE: &str = "[[body]]\nfile = \"knee.feb\"\nparts = [\"bone\"]\nkind = \"rigid\"\n\
+    [[body]]\nfile = \"knee.feb\"\nparts = [\"cartilage\"]\n\
+    [[body]]\nname = \"disc\"\nfile = \"knee.feb\"\nparts = [\"meniscus\"]\n";
+
+fn json(workshop: &Workshop, name: &str) -> Value {
+    serde_json::from_str(&workshop.read(name)).expect("JSON")
+}
+
+#[test]
+fn parts_on_the_command_line_are_bodies_by_their_names() {
+    let workshop = Workshop::new();
+    workshop.write("knee.feb", knee().text());
+    let run = workshop.check(&["knee.feb", "--rigid", "bone", "--json", "o.json"]);
+    assert_eq!(run.status, 1, "{}{}", run.stdout, run.stderr);
+    let document = json(&workshop, "o.json");
+    let bodies = document["bodies"].as_array().expect("bodies");
+    let names: Vec<&str> =
+        bodies.iter().map(|body| body["name"].as_str().expect("a name")).collect();
+    assert_eq!(names, ["bone", "cartilage", "meniscus"]);
+    let elements: Vec<u64> = bodies
+        .iter()
+        .map(|body| body["volume_mesh"]["elements"].as_u64().expect("a number"))
+        .collect();
+    assert_eq!(elements, [128, 128, 75]);
+    assert_eq!(bodies[0]["kind"], "rigid");
+    let pairs = document["pairs"].as_array().expect("pairs");
+    let overlap = pairs.iter().find(|pair| pair["b"] == "meniscus" && pair["a"] == "cartilage");
+    let volume = overlap.expect("a pair")["overlap"]["volume"].as_f64().expect("a volume");
+    assert!((volume - 1.6).abs() < 1e-9, "{volume}");
+
+    // A model of one part has the name of its file.
+    let mut single = Model::default();
+    single.add("Part1", &Block::new(DVec3::ONE, [1; 3]));
+    workshop.write("meniscus.feb", single.text());
+    let run = workshop.check(&["meniscus.feb", "--json", "o.json"]);
+    assert_eq!(
+        (run.status, &json(&workshop, "o.json")["bodies"][0]["name"]),
+        (0, &"meniscus".into())
+    );
+}
+
+/// Shared nodes stay with the bone, all others of soft parts follow; nothing else of the model changes.
+#[test]
+fn a_model_is_written_as_one_file_with_all_of_its_parts() {
+    let workshop = Workshop::new();
+    workshop.write("knee.feb", knee().text());
+    workshop.write("scene.toml", SCENE);
+    let arguments = ["scene.toml", "--gap", "0.05", "--out", "apart", "--json", "gap.json"];
+    let run = workshop.run("resolve", &arguments);
+    assert_eq!(run.status, 0, "{}{}", run.stdout, run.stderr);
+    let mut files = workshop.listing();
+    files.retain(|name| name.starts_with("apart/") && !name.ends_with(".html"));
+    let displacements = ["apart/cartilage_displacement.vtu", "apart/disc_displacement.vtu"];
+    assert_eq!(files, [&displacements[..], &["apart/knee.feb"]].concat());
+
+    // Lines of nodes differ, none of the bone's among them.
+    let [before, after] = ["knee.feb", "apart/knee.feb"].map(|name| workshop.read(name));
+    assert_eq!(before.lines().count(), after.lines().count());
+    let bone_nodes = 9 * 9 * 3;
+    let mut moved = 0;
+    for (line, (before, after)) in before.lines().zip(after.lines()).enumerate() {
+        let is_same = before == after;
+        assert!(
+            is_same || line >= 4 + bone_nodes && after.starts_with("<node "),
+            "{line}: {after}"
+        );
+        moved += usize::from(!is_same);
+    }
+    assert!(moved > 30, "{moved} nodes moved");
+
+    // What is stated is of the file.
+    workshop.write("after.toml", SCENE.replace("knee.feb", "apart/knee.feb"));
+    let check = workshop.check(&["after.toml", "--margin", "0.1", "--json", "after.json"]);
+    assert_eq!(check.status, 0, "{}", check.stdout);
+    let after = json(&workshop, "after.json");
+    let pairs = after["pairs"].as_array().expect("pairs");
+    let near = pairs.iter().find(|pair| pair["b"] == "disc").expect("they are near");
+    assert!(near["distance"].as_f64().expect("a distance") >= 0.05 - 1e-12, "{near}");
+    let gate = json(&workshop, "gap.json");
+    assert_eq!(gate["resolved"], true);
+    for body in [1, 2] {
+        let elements = &gate["bodies"][body]["elements"];
+        assert_eq!(elements["after"]["inverted_elements"], 0);
+        let read = &after["bodies"][body]["volume_mesh"]["min_scaled_jacobian"];
+        assert_eq!(&elements["after"]["min_scaled_jacobian"], read);
+    }
+}
+
+/// Two layers of soft tissue that share their nodes, the upper one pressed down by a bone.
+#[test]
+fn parts_that_share_nodes_stay_attached() {
+    let workshop = Workshop::new();
+    let mut model = Model::default();
+    let layer = Block::new(DVec3::new(8.0, 8.0, 1.0), [8, 8, 2]);
+    model.add("lower", &layer);
+    model.add("upper", &layer.translated(DVec3::Z));
+    let bone = Block::new(DVec3::new(4.0, 4.0, 2.0), [5, 5, 3]);
+    model.add("bone", &bone.translated(DVec3::new(2.13, 1.97, 1.8)));
+    workshop.write("layers.feb", model.text());
+    let arguments = ["layers.feb", "--rigid", "bone", "--gap", "0.05", "--out", "apart"];
+    let run = workshop.run("resolve", &arguments);
+    assert_eq!(run.status, 0, "{}{}", run.stdout, run.stderr);
+    assert_eq!(run.stderr, "note: 'lower' and 'upper' share 81 nodes: they are tied there\n");
+
+    // Nodes of both have moved, and are of both as before.
+    let parts = |file: &str| {
+        ["lower", "upper"].map(|part| {
+            let mesh = mesh_io::read_parts(&workshop.path(file), &[part.to_owned()]);
+            mesh.expect("a mesh").volume.expect("a volume mesh")
+        })
+    };
+    let (before, after) = (parts("layers.feb"), parts("apart/layers.feb"));
+    let [lower, upper] = after.each_ref().map(|volume| volume.mesh.used_nodes());
+    let shared = lower.iter().filter(|node| upper.contains(node));
+    let moved = shared.filter(|&&node| {
+        before[0].nodes[node as usize].distance(after[0].nodes[node as usize]) > 0.05
+    });
+    assert!(moved.count() > 4, "the lower layer gives way with the upper one");
+    for volume in &after {
+        assert_eq!(volume.mesh.quality(&volume.nodes).inverted, 0);
+    }
+    let check = workshop.check(&["apart/layers.feb", "--rigid", "bone"]);
+    assert_eq!(check.status, 0, "{}", check.stdout);
+}
+
+#[test]
+fn names_of_parts_are_checked() {
+    let workshop = Workshop::new();
+    workshop.write("knee.feb", knee().text());
+    let body = "[[body]]\nfile = \"knee.feb\"\n";
+    let cases = [
+        (
+            body.to_owned(),
+            "knee.feb: has the parts 'bone', 'cartilage', 'meniscus': name those of the body",
+        ),
+        (
+            format!("{body}parts = [\"tibia\"]\n"),
+            "knee.feb: has no part 'tibia'; its parts are 'bone', 'cart",
+        ),
+        (
+            format!("{SCENE}{body}name = \"again\"\nparts = [\"bone\"]\n"),
+            "part 'bone' is of 'bone' and of 'again': a part is of one body",
+        ),
+        (
+            "[[body]]\nfile = \"bone.obj\"\nparts = [\"bone\"]\n".to_owned(),
+            "bone.obj: has no parts that can be named: only FEBio models do",
+        ),
+    ];
+    workshop.write("bone.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    for (scene, expected) in cases {
+        workshop.write("scene.toml", scene);
+        let run = workshop.check(&["scene.toml"]);
+        assert_eq!(run.status, 2, "{expected}: {}", run.stdout);
+        assert!(run.stderr.contains(expected), "{expected}: {}", run.stderr);
+    }
+}
