@@ -18,10 +18,15 @@ type Mesh<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<u32>>, Option<S
 /// Level of the frame that warnings are of: that which calls the package.
 const CALLER: i32 = 2;
 
-/// Reads a PLY, OBJ, OFF, STL, VTP, VTU, VTK, MSH or INP file, and warns of what it holds beside the mesh.
+/// Reads a mesh file, or some parts of an FEBio model, and warns of what it holds beside the mesh.
 #[pyfunction]
-pub(crate) fn read_mesh(py: Python<'_>, path: PathBuf) -> PyResult<Mesh<'_>> {
-    let mesh = py.detach(|| mesh_io::read_mesh(&path)).map_err(unreadable)?;
+pub(crate) fn read_mesh(
+    py: Python<'_>,
+    path: PathBuf,
+    parts: Vec<String>,
+) -> PyResult<Mesh<'_>> {
+    let meshes = py.detach(|| mesh_io::read_parts(&path, &[&parts])).map_err(unreadable)?;
+    let mesh = meshes.into_iter().next().ok_or_else(|| refused("the file has no mesh"))?;
     let unread = mesh.unread.map(|unread| unread.to_string());
     let skipped = mesh.skipped.map(|skipped| skipped.to_string());
     for rest in unread.into_iter().chain(skipped) {

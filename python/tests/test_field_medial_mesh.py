@@ -111,6 +111,27 @@ def test_meshes_state_their_space(tmp_path, extension):
     assert read_mesh(path).space == "RAS"
 
 
+def test_parts_of_a_model_are_meshes(tmp_path):
+    path = tmp_path / "two.feb"
+    nodes = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 0, -1)]
+    lines = [f'<node id="{n}">{x},{y},{z}</node>' for n, (x, y, z) in enumerate(nodes, 1)]
+    parts = {"upper": "1,2,3,4", "lower": "1,3,2,5"}
+    for name, corners in parts.items():
+        lines.append(f'<Elements type="tet4" name="{name}"><elem id="1">{corners}</elem></Elements>')
+    text = "<Nodes>" + "".join(lines[:5]) + "</Nodes>" + "".join(lines[5:])
+    path.write_text(f'<febio_spec version="4.0"><Mesh>{text}</Mesh></febio_spec>')
+    for name, tip in (("upper", 1.0), ("lower", -1.0)):
+        mesh = read_mesh(path, parts=[name])
+        assert mesh.vertices[-1].tolist() == [0.0, 0.0, tip] and mesh.faces.shape == (4, 3)
+    assert read_mesh(path, parts=["upper", "lower"]).faces.shape == (6, 3)
+    with pytest.raises(FileError, match="has the parts 'upper', 'lower'"):
+        read_mesh(path)
+    with pytest.raises(FileError, match="no part 'tibia'"):
+        read_mesh(path, parts=["tibia"])
+    with pytest.raises(InputTypeError, match="parts"):
+        read_mesh(path, parts="upper")
+
+
 def test_what_a_file_holds_beside_its_mesh_is_a_warning(tmp_path):
     path = tmp_path / "ball.ply"
     write_mesh(path, *sphere((0, 0, 0), 2.0, 12))

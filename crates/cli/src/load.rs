@@ -24,7 +24,7 @@ use crate::terminal;
 #[derive(Debug, Args)]
 pub(crate) struct SceneArguments {
     /// Scene file (.toml), or mesh files: PLY, OBJ, OFF, STL or VTP; volume meshes and surfaces: VTU,
-    /// VTK, MSH or INP; FEBio models (.feb), whose parts are bodies
+    /// VTK, MSH or INP; and FEBio models (.feb), whose parts are bodies
     #[arg(required = true, value_name = "SCENE.toml | MESH")]
     pub(crate) inputs: Vec<PathBuf>,
 
@@ -199,36 +199,53 @@ type Inspected = Result<InspectedMesh, SceneError>;
 /// files state.
 fn read_meshes(description: &SceneDescription) -> Result<(Vec<Inspected>, Option<Space>), Failure> {
     let _phase = Phase::start("reading");
+    let files = description.bodies_by_file();
     let results = parallel::map_costly_first(
-        &description.bodies,
-        file_length,
+        &files,
+        |bodies| file_length(&description.bodies[bodies[0]]),
         || (),
-        |(), body| {
-            let mesh = mesh_io::read_parts(&body.path, &body.parts)?;
-            Ok::<_, FileError>((mesh.space, InspectedMesh::new(body, mesh)))
+        |(), bodies| {
+            let bodies = bodies.iter().map(|&number| &description.bodies[number]);
+            read_file_of(&bodies.collect::<Vec<_>>())
         },
     );
 
     // Every file that cannot be read is named, not the first alone.
-    let (mut meshes, mut problems, mut spaces) = (Vec::new(), Vec::new(), Vec::new());
-    for (body, result) in description.bodies.iter().zip(results) {
+    let (mut problems, mut spaces) = (Vec::new(), Vec::new());
+    let mut meshes: Vec<Option<Inspected>> = description.bodies.iter().map(|_| None).collect();
+    for (bodies, result) in files.iter().zip(results) {
         match result {
-            Ok((space, mesh)) => {
-                spaces.extend(space.map(|space| (body, space)));
-                if let Ok(InspectedMesh { record, .. }) = &mesh {
-                    warn_of_rest(&body.path, record.unread.as_ref(), record.skipped.as_ref());
+            Ok((space, of_file)) => {
+                let first = &description.bodies[bodies[0]];
+                spaces.extend(space.map(|space| (first, space)));
+                for (&number, mesh) in bodies.iter().zip(of_file) {
+                    if let Ok(InspectedMesh { record, .. }) = &mesh {
+                        warn_of_rest(&first.path, record.unread.as_ref(), record.skipped.as_ref());
+                    }
+                    meshes[number] = Some(mesh);
                 }
-                meshes.push(mesh);
             }
             Err(error) => problems.push(error.to_string()),
         }
     }
+    let meshes: Vec<Inspected> = meshes.into_iter().flatten().collect();
     problems.extend(mixed_spaces(&spaces));
     if problems.is_empty() {
         warn_of_unstated_spaces(&description.bodies, &spaces);
         return Ok((meshes, spaces.first().map(|&(_, space)| space)));
     }
     Err(Failure { kind: FailureKind::Input, problems })
+}
+
+/// Reads and inspects the meshes of one file, of these bodies; returns them with the space that it states.
+fn read_file_of(bodies: &[&BodyDescription]) -> Result<(Option<Space>, Vec<Inspected>), FileError> {
+    let parts: Vec<&[String]> = bodies.iter().map(|body| &*body.parts).collect();
+    let (mut space, mut inspected) = (None, Vec::new());
+    for (body, mesh) in bodies.iter().zip(mesh_io::read_parts(&bodies[0].path, &parts)?) {
+        space = space.or(mesh.space);
+        inspected.push(InspectedMesh::new(body, mesh));
+    }
+    Ok((space, inspected))
 }
 
 /// Warns of files that state no space beside others that do.

@@ -10,11 +10,14 @@ impl LoadedScene {
     /// Ties bodies where they share nodes, unless the scene ties them; nodes of rigid bodies stay.
     pub(crate) fn tie_shared_nodes(&self, conditions: &mut Conditions) {
         let ids: Vec<BodyId> = self.scene.ids().collect();
-        for (number, &a) in ids.iter().enumerate() {
-            for &b in &ids[number + 1..] {
-                let shared = self.shared_vertices([a, b]);
-                if !shared.is_empty() {
-                    self.tie_vertices([a, b], &shared, conditions);
+        for file in self.description.bodies_by_file() {
+            for (place, &a) in file.iter().enumerate() {
+                for &b in &file[place + 1..] {
+                    let bodies = [ids[a], ids[b]];
+                    let shared = self.shared_vertices(bodies);
+                    if !shared.is_empty() {
+                        self.tie_vertices(bodies, &shared, conditions);
+                    }
                 }
             }
         }
@@ -46,15 +49,10 @@ impl LoadedScene {
 
     /// Returns the vertices of two bodies that are one node of their file, ascending.
     fn shared_vertices(&self, [a, b]: [BodyId; 2]) -> Vec<[u32; 2]> {
-        let [described_a, described_b] = [a, b].map(|body| &self.description.bodies[body.index()]);
-        let nodes = [a, b].map(|body| self.nodes[body.index()].as_deref());
-        let ([Some(nodes_a), Some(nodes_b)], true) = (nodes, described_a.shares_file(described_b))
-        else {
-            return Vec::new();
-        };
-
         // Nodes of both are ascending.
         let mut shared = Vec::new();
+        let nodes = [a, b].map(|body| self.nodes[body.index()].as_deref());
+        let [Some(nodes_a), Some(nodes_b)] = nodes else { return shared };
         for (vertex, node) in (0..).zip(nodes_a) {
             if let Ok(other) = nodes_b.binary_search(node)
                 && let Ok(other) = u32::try_from(other)

@@ -18,7 +18,7 @@ use crate::solid::Solid;
 use crate::text::{number, placed_fields, quoted};
 use crate::{FilePlace, ReadError};
 
-const FEB: Format = Format {
+static FEB: Format = Format {
     name: "FEB",
     remedy: "save the model with its mesh in the same file, of tetrahedra, wedges and hexahedra, or \
              shells of three or four nodes",
@@ -26,6 +26,11 @@ const FEB: Format = Format {
 
 /// Sections with the mesh of a model.
 const MESH_SECTIONS: [&str; 2] = ["Mesh", "Geometry"];
+
+/// Depth of tags: the document is at 0, sections at 1, their lists at 2, and nodes and elements at 3.
+const SECTION: usize = 1;
+const LIST: usize = 2;
+const ITEM: usize = 3;
 
 /// Type of elements.
 #[derive(Clone, Copy, Debug)]
@@ -35,31 +40,38 @@ enum ElementType {
     Shell(usize),
     /// Elements without an area, which are no part of a mesh.
     Line,
+    Unknown,
 }
 
-/// List of elements that is being read.
-#[derive(Clone, Debug)]
-struct List {
-    /// Name of their type; `None` where each element has its own.
-    kind: Option<String>,
-    /// Name of their part; `None` where each element has its own.
-    part: Option<String>,
+/// List of a mesh that is being read.
+#[derive(Clone, Copy, Debug)]
+enum List {
+    Nodes,
+    Elements {
+        /// Type of all of them; `None` where each has its own.
+        element_type: Option<ElementType>,
+        /// Number of their part; `None` where each has its own.
+        part: Option<usize>,
+    },
 }
 
 /// Node or element whose text is read next.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 enum Item {
     Node { number: u64 },
-    Element { number: u64, kind: String, part: String },
+    Element { number: u64, element_type: ElementType, part: usize },
 }
 
 /// Model, as far as it is read.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Model {
-    /// Names of the open tags, from the document inwards.
-    open: Vec<String>,
+    /// Number of open tags.
+    depth: usize,
+    is_in_mesh: bool,
     list: Option<List>,
     item: Option<Item>,
+    /// Nodes of the element that is read, as the file numbers them.
+    numbers: Vec<u64>,
     content: FileParts,
 }
 
@@ -67,95 +79,118 @@ struct Model {
 pub(crate) fn parse(bytes: &[u8]) -> Result<FileParts, ReadError> {
     let text = in_utf_8(bytes);
     let mut reader = Reader::from_reader(&*text);
-    let mut model = Model::default();
+    let mut model = Model::new();
     loop {
         let start = place(&reader);
         let event = reader.read_event().map_err(|error| malformed(start, error.to_string()))?;
         match event {
-            Event::Start(tag) => {
-                model.begin(&tag, start)?;
-                model.open.push(tag.name().as_ref().to_owned());
-            }
+            Event::Start(tag) => model.begin(&tag, start)?,
             Event::Empty(tag) => {
                 model.begin(&tag, start)?;
                 model.end(start)?;
             }
-            Event::End(_) => {
-                model.end(start)?;
-                model.close();
-            }
+            Event::End(_) => model.end(start)?,
             Event::Text(_) => model.read_text(&text, start..place(&reader))?,
             Event::Eof => break,
             // Declarations and comments hold no data.
             _ => {}
         }
     }
-    match model.open.last() {
-        Some(name) => Err(malformed(bytes.len(), format!("the file ends in <{name}>"))),
-        None => Ok(model.content),
+    if model.depth > 0 {
+        return Err(malformed(bytes.len(), "the file ends before its tags do"));
     }
+    Ok(model.content)
 }
 
 impl Model {
+    fn new() -> Self {
+        Self {
+            depth: 0,
+            is_in_mesh: false,
+            list: None,
+            item: None,
+            numbers: Vec::new(),
+            content: FileParts::new(&FEB),
+        }
+    }
+
     /// Begins a tag.
     fn begin(&mut self, tag: &BytesStart<'_>, at: usize) -> Result<(), ReadError> {
         let name = tag.name();
         let name = name.as_ref();
-        let is_mesh = |section: &str| MESH_SECTIONS.contains(&section);
-        let open: Vec<&str> = self.open.iter().map(String::as_str).collect();
-        match &open[..] {
-            [_] if name == "Include" || is_mesh(name) && attribute(tag, "from").is_some() => {
-                return Err(FEB.unsupported(format!("<{name}> with the content of another file")));
+        match (self.depth, self.list) {
+            (SECTION, _) => {
+                self.is_in_mesh = MESH_SECTIONS.contains(&name);
+                let is_elsewhere = self.is_in_mesh && attribute(tag, "from").is_some();
+                if is_elsewhere || name == "Include" {
+                    let feature = format!("<{name}> with the content of another file");
+                    return Err(FEB.unsupported(feature));
+                }
             }
-            [_, section] if is_mesh(section) && name == "Elements" => self.begin_list(tag),
-            [_, section, "Nodes"] if is_mesh(section) && name == "node" => {
+            (LIST, _) if self.is_in_mesh => match name {
+                "Nodes" => self.list = Some(List::Nodes),
+                "Elements" => self.begin_elements(tag),
+                _ => {}
+            },
+            (ITEM, Some(List::Nodes)) if name == "node" => {
                 self.item = Some(Item::Node { number: item_number(tag, at)? });
             }
-            [_, section, "Elements"] if is_mesh(section) => {
-                let (number, kind) = (item_number(tag, at)?, name.to_owned());
-                self.begin_element(tag, number, kind);
+            (ITEM, Some(List::Elements { element_type, part })) => {
+                // Elements of version 1 have tags by their types, and are parts by their materials.
+                let element_type = element_type.unwrap_or_else(|| self::element_type(name));
+                let part = part.unwrap_or_else(|| self.part_of_material(tag));
+                if let ElementType::Unknown = element_type {
+                    self.refuse(part, name);
+                }
+                self.item =
+                    Some(Item::Element { number: item_number(tag, at)?, element_type, part });
             }
             _ => {}
         }
+        self.depth += 1;
         Ok(())
     }
 
     /// Begins a list of elements. Without a name it is a part of its own, unless its elements have types and
     /// materials.
-    fn begin_list(&mut self, tag: &BytesStart<'_>) {
+    fn begin_elements(&mut self, tag: &BytesStart<'_>) {
         let kind = attribute(tag, "type");
         let name = attribute(tag, "name").or_else(|| attribute(tag, "elset"));
         let of_its_own = || kind.as_ref().map(|_| format!("part {}", self.content.len() + 1));
-        let part = name.or_else(of_its_own);
-        self.list = Some(List { kind, part });
+        let part = name.or_else(of_its_own).map(|name| self.content.part_number(&name));
+
+        let element_type = kind.as_deref().map(element_type);
+        if let (Some(ElementType::Unknown), Some(kind), Some(part)) = (element_type, &kind, part) {
+            self.refuse(part, kind);
+        }
+        self.list = Some(List::Elements { element_type, part });
     }
 
-    /// Begins an element of a list, whose tag is named by its type where the list has none.
-    fn begin_element(&mut self, tag: &BytesStart<'_>, number: u64, name: String) {
-        let Some(List { kind, part }) = self.list.clone() else { return };
-        let of_material = || match attribute(tag, "mat") {
-            Some(material) => format!("material {material}"),
-            None => "part 1".to_owned(),
-        };
-        let (kind, part) = (kind.unwrap_or(name), part.unwrap_or_else(of_material));
-        self.item = Some(Item::Element { number, kind, part });
+    /// Returns the number of the part of an element by its material.
+    fn part_of_material(&mut self, tag: &BytesStart<'_>) -> usize {
+        let of_material = |material| format!("material {material}");
+        let name = attribute(tag, "mat").map_or_else(|| "part 1".to_owned(), of_material);
+        self.content.part_number(&name)
     }
 
-    /// Ends the content of a tag, whose text has been read.
+    /// Keeps the refusal of a part whose elements cannot be read, for where it is wanted.
+    fn refuse(&mut self, part: usize, kind: &str) {
+        let feature = format!("elements of type {}", quoted(kind));
+        self.content.part(part).unsupported.get_or_insert(feature);
+    }
+
+    /// Ends a tag, whose text has been read.
     fn end(&mut self, at: usize) -> Result<(), ReadError> {
+        self.depth = self.depth.saturating_sub(1);
+        if self.depth == LIST {
+            self.list = None;
+        }
         match self.item.take() {
             Some(Item::Node { number }) => Err(malformed(at, format!("node {number} is empty"))),
             Some(Item::Element { number, .. }) => {
                 Err(malformed(at, format!("element {number} is empty")))
             }
             None => Ok(()),
-        }
-    }
-
-    /// Closes the innermost tag.
-    fn close(&mut self) {
-        if self.open.pop().is_some_and(|name| name == "Elements") {
-            self.list = None;
         }
     }
 
@@ -166,62 +201,59 @@ impl Model {
         let fields = placed_fields(&file[bytes.clone()], bytes.start, b',');
         match item {
             Item::Node { number } => self.content.nodes.push(&FEB, &at, number, fields),
-            Item::Element { number: element, kind, part } => {
-                let mut nodes: Vec<u64> = Vec::new();
+            Item::Element { number: element, element_type, part } => {
+                self.numbers.clear();
                 for field in fields {
                     let Some(node) = number(field.text) else {
                         let problem = format!("{} is not a whole number", quoted(field.text));
                         return Err(FEB.malformed(at, problem));
                     };
-                    nodes.push(node);
+                    self.numbers.push(node);
                 }
-                self.push_element(&at, element, &kind, &part, &nodes)
+                self.push_element(&at, element, element_type, part)
             }
         }
     }
 
-    /// Adds an element to its part. What cannot be read is refused where its part is wanted.
+    /// Adds the element whose nodes have been read to its part.
     fn push_element(
         &mut self,
         at: &FilePlace,
         element: u64,
-        kind: &str,
-        part: &str,
-        nodes: &[u64],
+        element_type: ElementType,
+        part: usize,
     ) -> Result<(), ReadError> {
-        let indices = |content: &FileParts, count| content.nodes.indices(&FEB, at, nodes, count);
-        match element_type(kind) {
-            Some(ElementType::Solid(solid)) => {
-                let nodes = indices(&self.content, solid.node_count())?;
-                self.content.part(part).cells.push(element, solid, &nodes);
+        let Self { content, numbers, .. } = self;
+        let indices = |count| content.nodes.indices(&FEB, at, numbers, count);
+        match element_type {
+            ElementType::Solid(solid) => {
+                let nodes = indices(solid.node_count())?;
+                content.part(part).cells.push(element, solid, &nodes);
             }
-            Some(ElementType::Shell(corners)) => {
-                let nodes = indices(&self.content, corners)?;
-                self.content.part(part).polygons.push_nodes(&nodes);
+            ElementType::Shell(corners) => {
+                let nodes = indices(corners)?;
+                content.part(part).polygons.push_nodes(&nodes);
             }
-            Some(ElementType::Line) => self.content.part(part).skipped.add(kind),
-            None => {
-                let refusal = FEB.unsupported(format!("elements of type {}", quoted(kind)));
-                self.content.part(part).refusal.get_or_insert(refusal);
-            }
+            ElementType::Line => content.part(part).lines += 1,
+            ElementType::Unknown => {}
         }
         Ok(())
     }
 }
 
-/// Returns the type of elements by its name, `None` for one that cannot be read.
-fn element_type(kind: &str) -> Option<ElementType> {
+/// Returns the type of elements by its name.
+fn element_type(kind: &str) -> ElementType {
     match kind {
-        "tet4" => Some(ElementType::Solid(Solid::TETRAHEDRON)),
-        "tet10" => Some(ElementType::Solid(Solid::QUADRATIC_TETRAHEDRON)),
-        "penta6" => Some(ElementType::Solid(Solid::WEDGE)),
-        "penta15" => Some(ElementType::Solid(Solid::QUADRATIC_WEDGE)),
-        "hex8" => Some(ElementType::Solid(Solid::HEXAHEDRON)),
-        "hex20" => Some(ElementType::Solid(Solid::QUADRATIC_HEXAHEDRON)),
-        "tri3" => Some(ElementType::Shell(3)),
-        "quad4" | "q4ans" | "q4eas" => Some(ElementType::Shell(4)),
-        "line2" | "line3" | "truss2" | "vertex" => Some(ElementType::Line),
-        _ => None,
+        "tet4" => ElementType::Solid(Solid::TETRAHEDRON),
+        "tet10" => ElementType::Solid(Solid::QUADRATIC_TETRAHEDRON),
+        "penta6" => ElementType::Solid(Solid::WEDGE),
+        "penta15" => ElementType::Solid(Solid::QUADRATIC_WEDGE),
+        "hex8" => ElementType::Solid(Solid::HEXAHEDRON),
+        "hex20" => ElementType::Solid(Solid::QUADRATIC_HEXAHEDRON),
+        "tri3" => ElementType::Shell(3),
+        "quad4" | "q4ans" | "q4eas" => ElementType::Shell(4),
+        "line2" | "line3" | "truss2" | "vertex" => ElementType::Line,
+        _ => ElementType::Unknown,
     }
 }
 

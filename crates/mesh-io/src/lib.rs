@@ -101,14 +101,14 @@ pub fn read_mesh(path: &Path) -> Result<Mesh, FileError> {
     mesh.map_err(|reason| FileError { path: path.to_owned(), reason })
 }
 
-/// Reads the mesh of some parts of a file; without names, that of its only part.
+/// Reads the meshes of bodies in one file, each by the names of its parts; without names, it is the only part.
 ///
 /// # Errors
 ///
 /// The path with the reason, where the file cannot be read, has no such parts, or these are no mesh.
-pub fn read_parts(path: &Path, parts: &[String]) -> Result<Mesh, FileError> {
-    let mesh = content(path).and_then(|bytes| parse_parts(&bytes, &extension(path), parts));
-    mesh.map_err(|reason| FileError { path: path.to_owned(), reason })
+pub fn read_parts(path: &Path, bodies: &[&[String]]) -> Result<Vec<Mesh>, FileError> {
+    let meshes = content(path).and_then(|bytes| parse_parts(&bytes, &extension(path), bodies));
+    meshes.map_err(|reason| FileError { path: path.to_owned(), reason })
 }
 
 /// Reads the names of the parts of a file that are meshes, none of a format without parts.

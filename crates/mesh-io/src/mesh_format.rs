@@ -152,23 +152,30 @@ pub fn parse_mesh(bytes: &[u8], extension: &str) -> Result<Mesh, ReadError> {
         FileFormat::Vtk => parse_legacy(bytes),
         FileFormat::Msh => msh::parse(bytes),
         FileFormat::Inp => inp::parse(bytes),
-        FileFormat::Feb => feb::parse(bytes)?.into_mesh(&[]),
+        FileFormat::Feb => feb::parse(bytes)?.mesh(&[]),
     }
 }
 
-/// Reads the mesh of some parts of a file; without names, that of its only part.
+/// Reads the meshes of bodies in one file, each by the names of its parts; without names, it is the only part.
 ///
 /// # Errors
 ///
 /// The reason, where the content has no such parts, or these are no mesh; [`ReadError::NoParts`] for
 /// names in a format without any.
-pub fn parse_parts(bytes: &[u8], extension: &str, parts: &[String]) -> Result<Mesh, ReadError> {
+pub fn parse_parts(
+    bytes: &[u8],
+    extension: &str,
+    bodies: &[&[String]],
+) -> Result<Vec<Mesh>, ReadError> {
     let (_, content) = split_mark(bytes);
-    match FileFormat::recognize(content, extension)? {
-        FileFormat::Feb => feb::parse(content)?.into_mesh(parts),
-        _ if parts.is_empty() => parse_mesh(bytes, extension),
-        _ => Err(ReadError::NoParts),
+    if FileFormat::recognize(content, extension)? == FileFormat::Feb {
+        let model = feb::parse(content)?;
+        return bodies.iter().map(|parts| model.mesh(parts)).collect();
     }
+    if bodies.iter().any(|parts| !parts.is_empty()) {
+        return Err(ReadError::NoParts);
+    }
+    bodies.iter().map(|_| parse_mesh(bytes, extension)).collect()
 }
 
 /// Returns the names of the parts that are meshes, none in a format without parts.

@@ -2,15 +2,17 @@
 
 use std::collections::BTreeMap;
 
+use crate::ReadError;
+use crate::error::Format;
 use crate::mesh::{Mesh, Polygons};
 use crate::solid::NumberedCells;
 use crate::text_nodes::TextNodes;
 use crate::volume::NumberedNodes;
-use crate::{ReadError, SkippedElements};
 
 /// Nodes of a file, and the parts that its elements are.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct FileParts {
+    format: &'static Format,
     pub(crate) nodes: TextNodes,
     /// Parts in the order of the file.
     parts: Vec<Part>,
@@ -22,20 +24,29 @@ pub(crate) struct Part {
     name: String,
     pub(crate) cells: NumberedCells,
     pub(crate) polygons: Polygons,
-    pub(crate) skipped: SkippedElements,
-    /// Refusal of its first elements that cannot be read.
-    pub(crate) refusal: Option<ReadError>,
+    /// Number of elements without an area.
+    pub(crate) lines: usize,
+    /// Description of the first elements that cannot be read.
+    pub(crate) unsupported: Option<String>,
 }
 
 impl FileParts {
-    /// Returns the part of a name, a new one where there is none.
-    pub(crate) fn part(&mut self, name: &str) -> &mut Part {
-        let place = self.parts.iter().position(|part| part.name == name);
-        let place = place.unwrap_or_else(|| {
+    pub(crate) fn new(format: &'static Format) -> Self {
+        Self { format, nodes: TextNodes::default(), parts: Vec::new() }
+    }
+
+    /// Returns the number of the part of a name, a new one where there is none.
+    pub(crate) fn part_number(&mut self, name: &str) -> usize {
+        let number = self.parts.iter().position(|part| part.name == name);
+        number.unwrap_or_else(|| {
             self.parts.push(Part { name: name.to_owned(), ..Part::default() });
             self.parts.len() - 1
-        });
-        &mut self.parts[place]
+        })
+    }
+
+    /// Returns a part by its number.
+    pub(crate) fn part(&mut self, number: usize) -> &mut Part {
+        &mut self.parts[number]
     }
 
     /// Returns the number of parts.
@@ -49,7 +60,7 @@ impl FileParts {
     }
 
     /// Returns the mesh of some parts together; without names, that of the only part.
-    pub(crate) fn into_mesh(self, names: &[String]) -> Result<Mesh, ReadError> {
+    pub(crate) fn mesh(&self, names: &[String]) -> Result<Mesh, ReadError> {
         let known = self.names();
         if let Some(unknown) = names.iter().find(|name| !known.contains(name)) {
             return Err(ReadError::UnknownPart { part: unknown.clone(), known });
@@ -61,44 +72,44 @@ impl FileParts {
         // Elements of all that are wanted, in the order of the file.
         let wanted = if names.is_empty() { &known } else { names };
         let mut whole = Part::default();
-        for part in self.parts {
-            if wanted.contains(&part.name) {
-                whole.add(part)?;
+        for part in self.parts.iter().filter(|part| wanted.contains(&part.name)) {
+            if let Some(feature) = &part.unsupported {
+                return Err(self.format.unsupported(feature));
             }
+            whole.add(part);
         }
-        whole.into_mesh(self.nodes.numbered)
+        whole.into_mesh(&self.nodes.numbered)
     }
 }
 
 impl Part {
     fn is_mesh(&self) -> bool {
-        !self.cells.is_empty() || !self.polygons.is_empty() || self.refusal.is_some()
+        !self.cells.is_empty() || !self.polygons.is_empty() || self.unsupported.is_some()
     }
 
-    fn add(&mut self, other: Self) -> Result<(), ReadError> {
-        if let Some(refusal) = other.refusal {
-            return Err(refusal);
-        }
-        self.cells.append(other.cells);
+    fn add(&mut self, other: &Self) {
+        self.cells.append(&other.cells);
         self.polygons.append(&other.polygons);
-        self.skipped.append(other.skipped);
-        Ok(())
+        self.lines += other.lines;
     }
 
     /// Returns the cells with the surface around them, or else the surface, over the nodes that it uses.
-    fn into_mesh(self, nodes: NumberedNodes) -> Result<Mesh, ReadError> {
-        let Self { cells, mut polygons, skipped, .. } = self;
+    fn into_mesh(mut self, nodes: &NumberedNodes) -> Result<Mesh, ReadError> {
+        let (cells, lines) = (std::mem::take(&mut self.cells), self.lines);
+        let others = BTreeMap::new();
         let (mesh, nodes) = if cells.is_empty() {
-            let used = polygons.renumber(nodes.positions.len());
-            let of_used = nodes.of(&used);
-            (Mesh::of_elements(of_used, cells, &polygons, &BTreeMap::new())?, Some(used))
+            let used = self.polygons.renumber(nodes.positions.len());
+            let mesh = Mesh::of_elements(nodes.of(&used), cells, &self.polygons, &others)?;
+            (mesh, Some(used))
         } else {
-            let mesh = Mesh::of_elements(nodes, cells, &polygons, &BTreeMap::new())?;
+            let mesh = Mesh::of_elements(nodes.clone(), cells, &self.polygons, &others)?;
             let nodes = mesh.volume.as_ref().map(|volume| volume.boundary.nodes.clone());
             (mesh, nodes)
         };
-        let mut left_out = mesh.skipped.unwrap_or_default();
-        left_out.append(skipped);
-        Ok(Mesh { skipped: left_out.if_any(), nodes, ..mesh })
+        let mut skipped = mesh.skipped.unwrap_or_default();
+        if lines > 0 {
+            skipped.add_all("line", lines);
+        }
+        Ok(Mesh { skipped: skipped.if_any(), nodes, ..mesh })
     }
 }

@@ -25,11 +25,9 @@ impl SkippedElements {
         }
     }
 
-    /// Adds the counts of others.
-    pub(crate) fn append(&mut self, others: Self) {
-        for (kind, count) in others.counts {
-            *self.counts.entry(kind).or_default() += count;
-        }
+    /// Counts elements of one type.
+    pub(crate) fn add_all(&mut self, kind: &str, count: usize) {
+        *self.counts.entry(kind.to_owned()).or_default() += count;
     }
 
     /// Returns the elements, `None` where there are none.

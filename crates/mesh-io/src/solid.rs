@@ -79,10 +79,10 @@ impl NumberedCells {
     }
 
     /// Adds all elements of others behind its own.
-    pub(crate) fn append(&mut self, others: Self) {
-        self.cells.extend(others.cells);
-        self.numbers.extend(others.numbers);
-        self.middle_nodes.extend(others.middle_nodes);
+    pub(crate) fn append(&mut self, others: &Self) {
+        self.cells.extend(&others.cells);
+        self.numbers.extend(&others.numbers);
+        self.middle_nodes.extend(&others.middle_nodes);
     }
 
     /// Adds an element. Returns false where it has another number of nodes than its type.

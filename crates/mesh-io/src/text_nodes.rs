@@ -57,7 +57,17 @@ impl TextNodes {
 
     /// Returns the indices of nodes by their numbers in the file, -1 for those that are not defined above.
     pub(crate) fn known_indices(&self, nodes: &[u64]) -> impl Iterator<Item = i64> {
-        nodes.iter().map(|node| self.index_of.get(node).map_or(-1, |&index| i64::from(index)))
+        nodes.iter().map(|&node| self.index(node).map_or(-1, i64::from))
+    }
+
+    /// Returns the index of a node by its number in the file.
+    fn index(&self, node: u64) -> Option<u32> {
+        // Most files number their nodes one after the other.
+        let numbers = &self.numbered.numbers;
+        let behind_first = numbers.first().and_then(|first| node.checked_sub(*first));
+        let guess = behind_first.and_then(|index| u32::try_from(index).ok());
+        let guess = guess.filter(|&index| numbers.get(index as usize) == Some(&node));
+        guess.or_else(|| self.index_of.get(&node).copied())
     }
 
     /// Returns the indices of an element's nodes, by their numbers in the file, where there are `count`.
@@ -74,7 +84,7 @@ impl TextNodes {
         }
         let mut indices = Vec::with_capacity(count);
         for node in nodes {
-            let Some(&known) = self.index_of.get(node) else {
+            let Some(known) = self.index(*node) else {
                 return Err(
                     format.malformed(at.clone(), format!("node {node} is not defined above"))
                 );

@@ -27,7 +27,7 @@ pub(crate) enum MeshElements {
 }
 
 /// Nodes of a file with their numbers there.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct NumberedNodes {
     pub(crate) positions: Vec<DVec3>,
     pub(crate) numbers: Vec<u64>,

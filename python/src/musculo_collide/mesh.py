@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -38,13 +39,14 @@ class Mesh(ArrayTuple, _Mesh):
         return {"x": x, "y": y, "z": z}
 
 
-def read_mesh(path: str | os.PathLike[str]) -> Mesh:
+def read_mesh(path: str | os.PathLike[str], *, parts: Iterable[str] = ()) -> Mesh:
     """Read a mesh file, with a warning where it holds more than a mesh.
 
     ``space`` of the mesh is what the file states, ``None`` where it states nothing; vertices are as the
-    file has them. Formats are PLY, OBJ, OFF, STL, VTP, VTU, VTK, MSH and INP; of volume meshes, the surface is read.
+    file has them. Formats are PLY, OBJ, OFF, STL, VTP, VTU, VTK, MSH, INP and FEB; of volume meshes, the surface is
+    read. Of an FEBio model, ``parts`` are the names of those that are the mesh; without names it is its only one.
     """
-    vertices, faces, space = _native.read_mesh(_checks.path(path))
+    vertices, faces, space = _native.read_mesh(_checks.path(path), _checks.names(parts, "parts"))
     mesh = Mesh(vertices, faces)
     mesh.space = space
     return mesh

@@ -184,11 +184,8 @@ impl ResolveArguments {
     fn plan(&self, description: &SceneDescription) -> FilePlan {
         let mut files = Vec::new();
 
-        for (number, body) in description.bodies.iter().enumerate() {
-            let mut before = description.bodies[..number].iter();
-            if !before.any(|other| other.shares_file(body)) {
-                files.push(mesh_file(body, ""));
-            }
+        for bodies in description.bodies_by_file() {
+            files.push(mesh_file(&description.bodies[bodies[0]], ""));
         }
         if !self.no_report {
             files.extend(STATES.map(|state| report_file(state, "")));

@@ -66,9 +66,11 @@ pub(super) fn complete_files(
     progress: Progress<'_>,
 ) -> Result<Vec<BodyFile>, Failure> {
     let mut files = Vec::new();
-    for bodies in bodies_by_file(loaded) {
-        let first = bodies[0].index();
-        let of_file = if is_part(loaded, bodies[0]) {
+    let ids: Vec<BodyId> = loaded.scene.ids().collect();
+    for numbers in loaded.description.bodies_by_file() {
+        let (first, bodies) = (numbers[0], numbers.iter().map(|&number| ids[number]));
+        let bodies: Vec<BodyId> = bodies.collect();
+        let of_file = if is_part(loaded, first) {
             complete_parts(loaded, &bodies, start, progress)?
         } else {
             let description = &loaded.description.bodies[first];
@@ -91,23 +93,7 @@ pub(super) fn complete_files(
     Ok(files.into_iter().map(|(_, file)| file).collect())
 }
 
-/// Returns the bodies of each file: one, or those that are its parts.
-fn bodies_by_file(loaded: &LoadedScene) -> Vec<Vec<BodyId>> {
-    let mut files: Vec<Vec<BodyId>> = Vec::new();
-    let described = |body: BodyId| &loaded.description.bodies[body.index()];
-    for body in loaded.scene.ids() {
-        let description = described(body);
-        let is_file_of = |bodies: &&mut Vec<BodyId>| described(bodies[0]).shares_file(description);
-        match files.iter_mut().find(is_file_of) {
-            Some(bodies) => bodies.push(body),
-            None => files.push(vec![body]),
-        }
-    }
-    files
-}
-
 /// Returns true if a body is written as a part of a copy of its file.
-fn is_part(loaded: &LoadedScene, body: BodyId) -> bool {
-    let number = body.index();
-    loaded.nodes[number].is_some() && is_rewritten(&loaded.description.bodies[number])
+fn is_part(loaded: &LoadedScene, body: usize) -> bool {
+    loaded.nodes[body].is_some() && is_rewritten(&loaded.description.bodies[body])
 }

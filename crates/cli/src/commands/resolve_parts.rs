@@ -44,12 +44,13 @@ pub(super) fn complete_parts(
     let content = mesh_io::move_nodes(&original, &extension(&path), &nodes.moves());
     let content = content.map_err(refused)?;
 
+    // Parsed as others will read it.
+    let described = |body: &BodyId| &*loaded.description.bodies[body.index()].parts;
+    let names: Vec<&[String]> = bodies.iter().map(described).collect();
+    let meshes = mesh_io::parse_parts(&content, &extension(&path), &names).map_err(refused)?;
     let mut files = Vec::new();
-    for part in parts {
+    for (part, mesh) in parts.into_iter().zip(meshes) {
         let number = part.body.index();
-        let description = &loaded.description.bodies[number];
-        let mesh = mesh_io::parse_parts(&content, &extension(&path), &description.parts);
-        let mesh = mesh.map_err(refused)?;
         if mesh.faces != loaded.scene.body(part.body).surface().faces() {
             return Err(Failure::in_file(&path, NO_TRIANGLES));
         }

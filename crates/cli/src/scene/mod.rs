@@ -216,6 +216,19 @@ impl SceneDescription {
         Err(SceneProblem::NoSuchBody { name: name.to_owned(), known: known.join(", ") })
     }
 
+    /// Returns the numbers of the bodies of each file: one, or those that are parts of it.
+    pub(crate) fn bodies_by_file(&self) -> Vec<Vec<usize>> {
+        let mut files: Vec<Vec<usize>> = Vec::new();
+        for (number, body) in self.bodies.iter().enumerate() {
+            let file = files.iter_mut().find(|file| self.bodies[file[0]].shares_file(body));
+            match file {
+                Some(file) => file.push(number),
+                None => files.push(vec![number]),
+            }
+        }
+        files
+    }
+
     fn check_margin(&self) -> Result<(), SceneProblem> {
         match self.margin {
             Some(margin) if !(margin.is_finite() && margin >= 0.0) => {
@@ -280,7 +293,7 @@ impl BodyDescription {
     }
 
     /// Returns true if both bodies are parts of one file.
-    pub(crate) fn shares_file(&self, other: &Self) -> bool {
+    fn shares_file(&self, other: &Self) -> bool {
         !self.parts.is_empty() && !other.parts.is_empty() && self.path == other.path
     }
 }

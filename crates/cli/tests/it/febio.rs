@@ -171,8 +171,8 @@ fn parts_that_share_nodes_stay_attached() {
     // Nodes of both have moved, and are of both as before.
     let parts = |file: &str| {
         ["lower", "upper"].map(|part| {
-            let mesh = mesh_io::read_parts(&workshop.path(file), &[part.to_owned()]);
-            mesh.expect("a mesh").volume.expect("a volume mesh")
+            let meshes = mesh_io::read_parts(&workshop.path(file), &[&[part.to_owned()]]);
+            meshes.expect("a mesh").remove(0).volume.expect("a volume mesh")
         })
     };
     let (before, after) = (parts("layers.feb"), parts("apart/layers.feb"));

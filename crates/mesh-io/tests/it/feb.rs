@@ -35,7 +35,8 @@ fn names(parts: &[&str]) -> Vec<String> {
 }
 
 fn part(content: &str, parts: &[&str]) -> Result<Mesh, ReadError> {
-    parse_parts(content.as_bytes(), "feb", &names(parts))
+    let meshes = parse_parts(content.as_bytes(), "feb", &[&names(parts)])?;
+    Ok(meshes.into_iter().next().expect("one body"))
 }
 
 /// Returns the cells of some parts with their numbers in the file.
@@ -76,6 +77,12 @@ fn parts_are_read_by_their_names() {
     let volume = mesh.volume.expect("a volume mesh");
     assert_eq!(volume.nodes.len(), 10);
     assert_eq!(volume.node_numbers[8..], [5, 91]);
+
+    // All bodies of a file are read at once.
+    let bodies: [&[String]; 2] = [&names(&["bone"]), &names(&["muscle"])];
+    let meshes = parse_parts(MODEL.as_bytes(), "feb", &bodies).expect("a model");
+    let apart = [&["bone"], &["muscle"]].map(|parts| part(MODEL, parts).expect("a mesh"));
+    assert_eq!(meshes, apart);
 
     // Of a surface, too: lists of one name are one part.
     let bone = part(MODEL, &["bone"]).expect("a mesh");
@@ -195,7 +202,7 @@ fn refusals_name_parts_and_places() {
             muscle("<Mesh>", "<Include>mesh.feb</Include><Mesh>"),
             "<Include> with the content of".to_owned(),
         ),
-        (muscle("</febio_spec>", ""), "the file ends in <febio_spec>".to_owned()),
+        (muscle("</febio_spec>", ""), "the file ends before its tags do".to_owned()),
         (muscle("</Nodes>", "</Node>"), "FEB file: byte ".to_owned()),
         (
             refusal("<febio_spec version=\"4.0\"></febio_spec>".to_owned(), &[]),
@@ -205,7 +212,7 @@ fn refusals_name_parts_and_places() {
     for (message, expected) in cases {
         assert!(message.contains(&expected), "{expected}: {message}");
     }
-    let other = parse_parts(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "obj", &names(&["bone"]));
+    let other = parse_parts(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "obj", &[&names(&["bone"])]);
     assert!(matches!(other, Err(ReadError::NoParts)), "{other:?}");
 }
 
@@ -215,8 +222,8 @@ fn damaged_models_never_panic() {
     for round in 0..ROUNDS {
         let file = damaged(MODEL.as_bytes(), &mut random);
         let parts: &[&str] = [&["muscle"][..], &["bone"], &[]][round % 3];
-        let Ok(mesh) = parse_parts(&file, "feb", &names(parts)) else { continue };
-        let in_range = |&vertex: &u32| (vertex as usize) < mesh.positions.len();
-        assert!(mesh.faces.iter().flatten().all(in_range), "round {round}");
+        let Ok(meshes) = parse_parts(&file, "feb", &[&names(parts)]) else { continue };
+        let in_range = |&vertex: &u32| (vertex as usize) < meshes[0].positions.len();
+        assert!(meshes[0].faces.iter().flatten().all(in_range), "round {round}");
     }
 }
