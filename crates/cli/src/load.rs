@@ -24,7 +24,7 @@ use crate::terminal;
 #[derive(Debug, Args)]
 pub(crate) struct SceneArguments {
     /// Scene file (.toml), or mesh files: PLY, OBJ, OFF, STL or VTP; volume meshes and surfaces: VTU,
-    /// VTK, MSH or INP; and FEBio models (.feb), whose parts are bodies
+    /// VTK, MSH or INP; FEBio models (.feb), whose parts are bodies
     #[arg(required = true, value_name = "SCENE.toml | MESH")]
     pub(crate) inputs: Vec<PathBuf>,
 

@@ -234,8 +234,12 @@ impl Model {
                 let nodes = indices(corners)?;
                 content.part(part).polygons.push_nodes(&nodes);
             }
-            ElementType::Line => content.part(part).lines += 1,
-            ElementType::Unknown => {}
+            ElementType::Line | ElementType::Unknown => {
+                let nodes = indices(numbers.len())?;
+                let part = content.part(part);
+                part.lines += usize::from(matches!(element_type, ElementType::Line));
+                part.other_nodes.extend(nodes);
+            }
         }
         Ok(())
     }

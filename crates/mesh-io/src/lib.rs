@@ -81,7 +81,7 @@ pub use self::copy::Precision;
 pub use self::error::{FileError, FilePlace, ReadError};
 pub use self::field::FieldFormat;
 pub use self::mesh::{Mesh, Unread};
-pub use self::mesh_format::{MeshFormat, parse_mesh, parse_parts, part_names};
+pub use self::mesh_format::{MeshFormat, nodes_by_part, parse_mesh, parse_parts, part_names};
 pub use self::osim::{ModelBody, ModelMesh, OpenSimModel};
 pub use self::replace::{coordinate_precision, move_nodes, replace_positions};
 pub use self::skipped::SkippedElements;

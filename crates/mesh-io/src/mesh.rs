@@ -89,6 +89,11 @@ impl Polygons {
         self.ends.is_empty()
     }
 
+    /// Returns the corners of all polygons.
+    pub(crate) fn corners(&self) -> impl Iterator<Item = i64> {
+        self.corners.iter().copied()
+    }
+
     /// Returns the corners of each polygon.
     fn iter(&self) -> impl Iterator<Item = &[i64]> {
         let mut start = 0;

@@ -1,5 +1,6 @@
 //! File formats of meshes: recognized, read, and written from a surface.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use glam::DVec3;
@@ -176,6 +177,23 @@ pub fn parse_parts(
         return Err(ReadError::NoParts);
     }
     bodies.iter().map(|_| parse_mesh(bytes, extension)).collect()
+}
+
+/// Returns the nodes of each part by its name, whatever its elements are, by their indices among all nodes of the
+/// file; none in a format without parts.
+///
+/// # Errors
+///
+/// The reason, where the content does not follow its format.
+pub fn nodes_by_part(
+    bytes: &[u8],
+    extension: &str,
+) -> Result<BTreeMap<String, Vec<u32>>, ReadError> {
+    let (_, content) = split_mark(bytes);
+    match FileFormat::recognize(content, extension)? {
+        FileFormat::Feb => Ok(feb::parse(content)?.nodes_by_part()),
+        _ => Ok(BTreeMap::new()),
+    }
 }
 
 /// Returns the names of the parts that are meshes, none in a format without parts.

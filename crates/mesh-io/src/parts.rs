@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use volume_mesh::Cell;
+
 use crate::ReadError;
 use crate::error::Format;
 use crate::mesh::{Mesh, Polygons};
@@ -26,6 +28,8 @@ pub(crate) struct Part {
     pub(crate) polygons: Polygons,
     /// Number of elements without an area.
     pub(crate) lines: usize,
+    /// Nodes of these, and of elements that cannot be read.
+    pub(crate) other_nodes: Vec<u32>,
     /// Description of the first elements that cannot be read.
     pub(crate) unsupported: Option<String>,
 }
@@ -59,6 +63,11 @@ impl FileParts {
         self.parts.iter().filter(|part| part.is_mesh()).map(|part| part.name.clone()).collect()
     }
 
+    /// Returns the nodes of each part by its name, ascending, whatever its elements are.
+    pub(crate) fn nodes_by_part(&self) -> BTreeMap<String, Vec<u32>> {
+        self.parts.iter().map(|part| (part.name.clone(), part.nodes())).collect()
+    }
+
     /// Returns the mesh of some parts together; without names, that of the only part.
     pub(crate) fn mesh(&self, names: &[String]) -> Result<Mesh, ReadError> {
         let known = self.names();
@@ -85,6 +94,17 @@ impl FileParts {
 impl Part {
     fn is_mesh(&self) -> bool {
         !self.cells.is_empty() || !self.polygons.is_empty() || self.unsupported.is_some()
+    }
+
+    /// Returns all nodes of its elements, ascending.
+    fn nodes(&self) -> Vec<u32> {
+        let mut nodes = self.other_nodes.clone();
+        nodes.extend(self.cells.cells.iter().flat_map(Cell::nodes));
+        nodes.extend(self.cells.middle_nodes.iter().map(|middle| middle.node));
+        nodes.extend(self.polygons.corners().filter_map(|corner| u32::try_from(corner).ok()));
+        nodes.sort_unstable();
+        nodes.dedup();
+        nodes
     }
 
     fn add(&mut self, other: &Self) {

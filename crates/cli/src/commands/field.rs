@@ -36,7 +36,7 @@ step's length beside them. They also have the kind of node values: distances or,
 values up to an eighth of a spacing off, between which interpolation is accurate. NRRD names
 the frame left-posterior-superior, which is 3D Slicer's for meshes that name none.")]
 pub(crate) struct FieldArguments {
-    /// Mesh (PLY, OBJ, OFF, STL, VTP, VTU, VTK, MSH or INP), or field to show or convert (NRRD or VTI)
+    /// Mesh (PLY, OBJ, OFF, STL, VTP, VTU, VTK, MSH, INP or FEB), or field to show or convert (NRRD or VTI)
     #[arg(value_name = "MESH | FIELD")]
     input: PathBuf,
 

@@ -36,7 +36,7 @@ and of three balls, from 0. The picture shows the balls in the surface, and besi
 surface in the colors of its distance from them. The VTP file has that distance per vertex,
 positive outside of the balls.")]
 pub(crate) struct MedialArguments {
-    /// Mesh: PLY, OBJ, OFF, STL, VTP, VTU, VTK, MSH or INP
+    /// Mesh: PLY, OBJ, OFF, STL, VTP, VTU, VTK, MSH, INP or FEB
     #[arg(value_name = "MESH")]
     input: PathBuf,
 

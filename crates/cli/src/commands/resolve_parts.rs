@@ -13,6 +13,9 @@ use musculo_collide::{BodyId, Progress};
 use super::body_file::{BodyFile, NO_TRIANGLES, elements, extension, follow};
 use crate::failure::Failure;
 use crate::load::LoadedScene;
+use crate::report::counted;
+use crate::scene::BodyDescription;
+use crate::terminal;
 
 /// Part of a file at the end, before it is written.
 struct MovedPart {
@@ -41,8 +44,10 @@ pub(super) fn complete_parts(
         nodes.add(loaded, &part, &start[body.index()], &path)?;
         parts.push(part);
     }
-    let content = mesh_io::move_nodes(&original, &extension(&path), &nodes.moves());
-    let content = content.map_err(refused)?;
+    let moves = nodes.moves();
+    let content = mesh_io::move_nodes(&original, &extension(&path), &moves).map_err(refused)?;
+    let of_parts = mesh_io::nodes_by_part(&original, &extension(&path)).map_err(refused)?;
+    warn_of_other_parts(loaded, bodies, &of_parts, &moves);
 
     // Parsed as others will read it.
     let described = |body: &BodyId| &*loaded.description.bodies[body.index()].parts;
@@ -64,6 +69,31 @@ pub(super) fn complete_parts(
         files.push(file);
     }
     Ok(files)
+}
+
+/// Warns of parts that are no bodies of the scene, where nodes of theirs move with those of bodies.
+fn warn_of_other_parts(
+    loaded: &LoadedScene,
+    bodies: &[BodyId],
+    of_parts: &BTreeMap<String, Vec<u32>>,
+    moves: &BTreeMap<u32, DVec3>,
+) {
+    let described: Vec<&BodyDescription> =
+        bodies.iter().map(|body| &loaded.description.bodies[body.index()]).collect();
+    let Some(path) = described.first().map(|body| body.path.display()) else { return };
+    let is_body = |part: &String| {
+        described.iter().any(|body| body.parts.is_empty() || body.parts.contains(part))
+    };
+    for (part, nodes) in of_parts.iter().filter(|(part, _)| !is_body(part)) {
+        let moved = nodes.iter().filter(|node| moves.contains_key(node)).count();
+        if moved > 0 {
+            let nodes = counted(moved, "node");
+            let part = mesh_io::escaped(part);
+            let problem =
+                format!("{path}: {nodes} of '{part}' move, which is no body of the scene");
+            terminal::print_line("warning", &problem);
+        }
+    }
 }
 
 impl MovedPart {
@@ -153,5 +183,28 @@ impl MovedPart {
             }
         }
         moves
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use musculo_collide::surface::TriangleSurface;
+    use musculo_collide::{BodyKind, Scene};
+
+    use super::*;
+
+    #[test]
+    fn a_node_of_two_bodies_goes_where_the_first_has_it() {
+        let mut scene = Scene::new();
+        let [first, second] = ["a", "b"].map(|name| {
+            let x = vec![DVec3::ZERO, DVec3::X, DVec3::Y];
+            let surface = TriangleSurface::new(3, vec![[0, 1, 2]]).expect("a surface");
+            scene.add(name, BodyKind::Open, surface, x).expect("a body")
+        });
+        let mut nodes = MovedNodes::default();
+        assert_eq!(nodes.put(4, [DVec3::ZERO, DVec3::X], first), (DVec3::X, first));
+        assert_eq!(nodes.put(4, [DVec3::ZERO, DVec3::Y], second), (DVec3::X, first));
+        assert_eq!(nodes.put(5, [DVec3::Z, DVec3::Z], second), (DVec3::Z, second));
+        assert_eq!(nodes.moves(), BTreeMap::from([(4, DVec3::X)]));
     }
 }

@@ -187,6 +187,14 @@ fn parts_that_share_nodes_stay_attached() {
     }
     let check = workshop.check(&["apart/layers.feb", "--rigid", "bone"]);
     assert_eq!(check.status, 0, "{}", check.stdout);
+
+    // A part that the scene has not may be attached, too.
+    let body = |part: &str| format!("[[body]]\nfile = \"layers.feb\"\nparts = [\"{part}\"]\n");
+    workshop.write("scene.toml", format!("{}kind = \"rigid\"\n{}", body("bone"), body("upper")));
+    let run = workshop.run("resolve", &["scene.toml", "--gap", "0.05", "--out", "again"]);
+    assert_eq!(run.status, 0, "{}{}", run.stdout, run.stderr);
+    let warning = " of 'lower' move, which is no body of the scene\n";
+    assert!(run.stderr.contains(warning), "{}", run.stderr);
 }
 
 #[test]

@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 use mesh_io::{
-    Mesh, ReadError, move_nodes, parse_mesh, parse_parts, part_names, replace_positions,
+    Mesh, ReadError, move_nodes, nodes_by_part, parse_mesh, parse_parts, part_names,
+    replace_positions,
 };
 use volume_mesh::Cell;
 
@@ -113,6 +114,20 @@ fn earlier_versions_name_parts_in_other_ways() {
     assert_eq!(known, ["material 1", "material 2"]);
     assert_eq!(numbered_cells(&first_version, &["material 1"]), [(3, hexahedron)]);
     assert_eq!(numbered_cells(&first_version, &["material 2"]), tetrahedra);
+}
+
+#[test]
+fn nodes_are_listed_by_part_whatever_the_elements_are() {
+    let nodes = nodes_by_part(MODEL.as_bytes(), "feb").expect("a model");
+    let expected: [(&str, &[u32]); 5] = [
+        ("bone", &[0, 1, 2, 3, 5]),
+        ("cartilage", &[0, 1, 2, 3, 4, 5, 6, 7]),
+        ("muscle", &[4, 5, 6, 7, 9]),
+        ("pyramid", &[4, 5, 6, 7, 9]),
+        ("spring", &[4, 5]),
+    ];
+    let expected = expected.map(|(part, nodes)| (part.to_owned(), nodes.to_vec()));
+    assert_eq!(nodes, BTreeMap::from(expected));
 }
 
 /// A model of one part is a mesh as any file, whatever else it has.

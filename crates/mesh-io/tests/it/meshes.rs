@@ -226,7 +226,7 @@ fn formats_are_recognized_by_content() {
         assert!(read("mesh.dat", bytes).is_ok(), "{name}");
     }
     let refusal = |name: &str, bytes: &[u8]| read(name, bytes).unwrap_err().to_string();
-    let unknown = "unknown format: expected PLY, OBJ, OFF, STL, VTP, VTU, VTK, MSH or INP";
+    let unknown = "unknown format: expected PLY, OBJ, OFF, STL, VTP, VTU, VTK, MSH, INP or FEB";
     assert_eq!(refusal("mesh.dat", b"nothing of the kind"), unknown);
     assert_eq!(refusal("mesh.ply", b""), "is empty (0 bytes)");
 }
