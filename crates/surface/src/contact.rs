@@ -18,8 +18,21 @@ use glam::DVec3;
 pub struct Term {
     /// Number of the particle in the caller's arrays.
     pub particle: u32,
-    /// Its weight β in `P_c = Σ β_k P_k`: negative on the side of P.
+    /// Its weight β in `P_c = Σ β_k P_k`: negative on the side of P, also of a zero.
     pub weight: f64,
+}
+
+impl Term {
+    /// Returns the term on the side of P, for its weight in P: with the sign of that side.
+    fn of_p(self) -> Self {
+        // The sum of both zeros is the positive one.
+        Self { weight: -(self.weight + 0.0), ..self }
+    }
+
+    /// Returns the term on the side of P̄, for its weight in P̄.
+    fn of_on(self) -> Self {
+        Self { weight: self.weight + 0.0, ..self }
+    }
 }
 
 /// Linear combination of one to six particles: at most a face on either side.
@@ -105,7 +118,7 @@ impl Stencil {
     #[must_use]
     pub fn vertex_face(vertex: u32, face: [u32; 3], b: [f64; 3]) -> Self {
         let Self { terms: [p, q, r, ..], .. } = Self::face(face, b);
-        Self::from_terms([Term { particle: vertex, weight: -1.0 }, p, q, r])
+        Self::from_terms([Term { particle: vertex, weight: -1.0 }, p.of_on(), q.of_on(), r.of_on()])
     }
 
     /// Returns the stencil of the point `(1 − s) a0 + s a1` of an edge as P against the
@@ -113,7 +126,8 @@ impl Stencil {
     #[must_use]
     pub fn edge_edge(a: [u32; 2], s: f64, b: [u32; 2], t: f64) -> Self {
         let term = |particle, weight| Term { particle, weight };
-        Self::from_terms([term(a[0], s - 1.0), term(a[1], -s), term(b[0], 1.0 - t), term(b[1], t)])
+        let (p, on) = ([term(a[0], 1.0 - s), term(a[1], s)], [term(b[0], 1.0 - t), term(b[1], t)]);
+        Self::from_terms([p[0].of_p(), p[1].of_p(), on[0].of_on(), on[1].of_on()])
     }
 
     /// Returns the stencil of one particle against a rigid object.
@@ -149,25 +163,24 @@ impl Stencil {
     /// ```
     #[must_use]
     pub fn new(terms: &[Term]) -> Option<Self> {
-        Self::difference(terms, &[])
+        if !(1..=MAX_TERMS).contains(&terms.len()) {
+            return None;
+        }
+        let mut padded = [NO_TERM; MAX_TERMS];
+        padded[..terms.len()].copy_from_slice(terms);
+        Some(Self { terms: padded, len: u8::try_from(terms.len()).ok()? })
     }
 
     /// Returns the terms of P̄ minus those of P, those of P first; `None` unless they are
     /// one to six.
     fn difference(on: &[Term], p: &[Term]) -> Option<Self> {
         let len = p.len() + on.len();
-        if !(1..=MAX_TERMS).contains(&len) {
-            return None;
-        }
-        let len = u8::try_from(len).ok()?;
+        let signed = p.iter().map(|term| term.of_p()).chain(on.iter().map(|term| term.of_on()));
         let mut terms = [NO_TERM; MAX_TERMS];
-        let (of_p, of_on) = terms[..usize::from(len)].split_at_mut(p.len());
-        of_p.copy_from_slice(p);
-        of_on.copy_from_slice(on);
-        for term in of_p {
-            term.weight = -term.weight;
+        for (place, term) in terms.iter_mut().zip(signed) {
+            *place = term;
         }
-        Some(Self { terms, len })
+        Self::new(terms.get(..len)?)
     }
 
     /// Returns the terms, those of P first.
@@ -271,6 +284,31 @@ mod tests {
         let by_bone = Contact::between(rigid, on, DVec3::Z, -1.0);
         assert_eq!(by_bone.stencil, Stencil::face([1, 2, 3], [-0.5, -0.2, -0.3]));
         assert_eq!(by_bone.normal, -DVec3::Z);
+    }
+
+    /// Zeros have the sign of their side, whatever that of the zero that they were made of.
+    #[test]
+    fn signs_of_weights_are_those_of_their_sides() {
+        let term = |particle, weight| Term { particle, weight };
+        for zero in [0.0, -0.0] {
+            for (s, t) in [(zero, 1.0), (1.0, zero), (0.5, zero), (zero, 0.5), (zero, zero)] {
+                let (p, on) = ([term(0, 1.0 - s), term(1, s)], [term(2, 1.0 - t), term(3, t)]);
+                let (p, on) = (ContactSide::Particles(&p), ContactSide::Particles(&on));
+                let face = Stencil::vertex_face(0, [1, 2, 3], [1.0 - t, t, zero]);
+                let between = Contact::between(p, on, DVec3::Z, 1.0).stencil;
+                let reversed = Contact::between(ContactSide::at_rest(DVec3::X), p, DVec3::Z, 1.0);
+                for (stencil, of_p) in [
+                    (Stencil::edge_edge([0, 1], s, [2, 3], t), 2),
+                    (between, 2),
+                    (face, 1),
+                    (reversed.stencil, 2),
+                ] {
+                    let signs = stencil.terms().iter().map(|term| term.weight.is_sign_negative());
+                    let expected = (0..stencil.terms().len()).map(|k| k < of_p);
+                    assert!(signs.eq(expected), "{stencil:?}");
+                }
+            }
+        }
     }
 
     #[test]

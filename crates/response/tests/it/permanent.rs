@@ -254,6 +254,51 @@ fn edges_that_slide_keep_to_their_closest_points() {
     }
 }
 
+/// Edges whose ends are on a lattice, so that most closest points are at ends, or straight over them.
+#[test]
+fn edges_that_slide_to_their_ends_stay_edges() {
+    let (surface, on) = ball();
+    let on = surface.positions(&on).unwrap();
+    let margins = Margins::new(0.0, 100.0).unwrap();
+    let mut at_ends = [0; 4];
+    fixtures::generate::cases(24, 300, |u| {
+        let coordinate =
+            |u: &mut arbitrary::Unstructured<'_>| Ok(f64::from(u.int_in_range(-2..=2_i8)?));
+        let start = contact(Stencil::edge_edge([0, 1], 0.5, [2, 3], 0.5), DVec3::Z, 1.0);
+        let mut x = vec![DVec3::X, DVec3::NEG_X, DVec3::Y - DVec3::Z, DVec3::NEG_Y - DVec3::Z];
+        let mut permanent =
+            PermanentContacts::new(&[start], &x, GapMeasure::AlongNormal, margins).unwrap();
+        for _ in 0..6 {
+            for x in &mut x {
+                *x = DVec3::new(coordinate(u)?, coordinate(u)?, coordinate(u)?);
+            }
+            permanent.slide(&x, &surface, on, SurfaceCarrier::Particles { first: 0 }).unwrap();
+            let contact = permanent.contacts()[0];
+            let particles: Vec<u32> = contact.stencil.terms().iter().map(|t| t.particle).collect();
+            assert_eq!((particles, contact.anchor), (vec![0, 1, 2, 3], None), "{x:?}");
+
+            // As near as the edges come to each other at 101 × 101 places, and no nearer than they are.
+            let weights: Vec<f64> = contact.stencil.terms().iter().map(|t| t.weight).collect();
+            let place = |ends: [DVec3; 2], step: u8| ends[0].lerp(ends[1], f64::from(step) / 100.0);
+            let mut sampled = f64::INFINITY;
+            for (i, j) in (0..=100).flat_map(|i| (0..=100).map(move |j| (i, j))) {
+                sampled = sampled.min(place([x[0], x[1]], i).distance(place([x[2], x[3]], j)));
+            }
+            let points =
+                [-(weights[0] * x[0] + weights[1] * x[1]), weights[2] * x[2] + weights[3] * x[3]];
+            let distance = points[0].distance(points[1]);
+            assert!(distance < sampled + 1e-12 && distance > sampled - 0.05, "{x:?}");
+            assert!((contact.gap.abs() - distance).abs() < 1e-12, "{contact:?} {x:?}");
+            assert!((weights[0] + weights[1] + 1.0).abs() < 1e-15, "{weights:?}");
+            for (count, weight) in at_ends.iter_mut().zip(weights) {
+                *count += u32::from(weight == 0.0);
+            }
+        }
+        Ok(())
+    });
+    assert!(at_ends.iter().all(|count| *count > 100), "{at_ends:?}");
+}
+
 #[test]
 fn anchors_move_as_given_and_bad_ones_are_named() {
     let x = [DVec3::Z * 0.5];

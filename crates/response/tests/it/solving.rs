@@ -234,6 +234,25 @@ fn impulses_are_carried_by_particle_and_normal() {
     assert_eq!(start, [push(0.0), push(1.0), push(0.0)]);
 }
 
+/// An edge persists wherever on it its contact is, ends included.
+#[test]
+fn impulses_of_edges_are_carried_along_them() {
+    let push = Impulse { normal: 1.0, tangent: DVec3::ZERO };
+    let mut start = Vec::new();
+    for from in [-0.0, 0.0, 0.5, 1.0] {
+        for to in [-0.0, 0.0, 0.5, 1.0] {
+            let [old, new] = [from, to].map(|s| {
+                let edges = Stencil::edge_edge([0, 1], s, [2, 3], s);
+                set(5, &[common::contact(edges, DVec3::Z, 0.0)])
+            });
+            let mut cache = ImpulseCache::default();
+            cache.store(&old, &[push]).unwrap();
+            cache.warm_start(&new, 1.0, &mut start);
+            assert_eq!(start, [push], "from {from} to {to}");
+        }
+    }
+}
+
 #[test]
 fn results_are_inside_the_cone_whatever_the_start() {
     fixtures::generate::cases(21, 1000, |u| {
