@@ -119,6 +119,25 @@ fn a_particle_on_both_sides_counts_once() {
     assert!((reached - DVec3::ONE).length() < 1e-15);
 }
 
+/// In units of any size the answer is the same, to the bit: these are powers of two.
+#[test]
+fn is_the_same_in_any_unit() {
+    fixtures::generate::cases(23, 200, |u| {
+        let (terms, w) = planted(u)?;
+        let correction = vector(u, 1.0)?;
+        let before = [vector(u, 1.0)?, vector(u, 1.0)?, vector(u, 1.0)?, vector(u, 1.0)?];
+        let mut after = before;
+        let impulse = distribute(&terms, &w, correction, &mut after);
+        for unit in [-700, 700].map(|power| 2.0_f64.powi(power)) {
+            let mut scaled = before.map(|q| unit * q);
+            let of_scaled = distribute(&terms, &w, unit * correction, &mut scaled);
+            assert_eq!(of_scaled, impulse.map(|impulse| unit * impulse), "{w:?}");
+            assert_eq!(scaled, after.map(|q| unit * q), "{w:?}");
+        }
+        Ok(())
+    });
+}
+
 #[test]
 fn refuses_what_cannot_be_and_changes_nothing() {
     let pair = [term(0, -1.0), term(1, 1.0)];
