@@ -99,6 +99,42 @@ fn a_hundred_contacts_on_24_particles_are_solved_in_any_order() {
     }
 }
 
+/// Patches of contacts that may open, by every method: what impulses do to the particles is the
+/// change, none pulls, no row approaches, and none that pushes separates. The motion is then the
+/// one with the least change by kinetic norm, whatever the method.
+#[test]
+fn patches_push_where_they_would_approach_and_nowhere_else() {
+    for (count, seed) in [(6, 1), (12, 2), (24, 3), (48, 4), (100, 5), (48, 6), (48, 7)] {
+        let (v, w, contacts) = patch(count, seed);
+        let rows = rows(24, &contacts, law(0.0));
+        let system = ContactSystem::new(&rows, &w, SweepOrder::Colored).unwrap();
+        for method in common::METHODS {
+            let params = SolverParams { method, max_iterations: 50_000, tolerance: 1e-9 };
+            let (mut after, mut impulses) = (v.clone(), system.no_impulses());
+            let report = system.solve(SolveLevel::Velocity, &mut after, &mut impulses, &params);
+            let report = report.unwrap();
+            assert!(report.converged, "{count} rows by {method:?}: {report:?}");
+
+            let mut moved = v.clone();
+            let mut pushing = 0;
+            for (contact, impulse) in contacts.iter().zip(&impulses) {
+                let approach = contact.stencil.combine(|k| after[k as usize]).dot(contact.normal);
+                assert!(approach < 1e-8 && impulse.normal >= 0.0, "{method:?}: {approach}");
+                assert!(impulse.normal < 1e-7 || approach > -1e-8, "{method:?}: {approach}");
+                pushing += usize::from(impulse.normal > 0.0);
+                for term in contact.stencil.terms() {
+                    let k = term.particle as usize;
+                    moved[k] -= term.weight * w[k] * impulse.normal * contact.normal;
+                }
+            }
+            assert!(count < 48 || pushing < count, "some open");
+            for (moved, after) in moved.iter().zip(&after) {
+                assert!(moved.distance(*after) < 1e-11, "{method:?}: {moved} {after}");
+            }
+        }
+    }
+}
+
 /// A strip of particles pressed on a slope, enough for batches that are run in
 /// parallel, and its bits after some sweeps.
 fn strip_bits() -> u64 {
