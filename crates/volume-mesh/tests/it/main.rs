@@ -1,5 +1,7 @@
 //! Blocks that are stretched, pressed and pressed too far.
 
+mod equilibrium;
+
 use fixtures::volume::Block;
 use volume_mesh::glam::{DMat3, DVec3};
 use volume_mesh::{
