@@ -8,7 +8,7 @@ use glam::DVec3;
 use surface::Aabb;
 
 use crate::FieldGrid;
-use crate::num::{coordinate, floor_index};
+use crate::num::{coordinate, floor_index, single};
 
 /// Cells along each side of a block.
 const BLOCK: usize = 4;
@@ -17,8 +17,12 @@ const BLOCK: usize = 4;
 /// the whole field.
 const MAX_BLOCKS: usize = 64;
 
-/// Relative widening of a bound: squared differences were rounded to 24 bits.
+/// Relative widening of a bound: differences, their slopes and the squares of these were rounded to
+/// 24 bits.
 const ROUNDING: f64 = 1e-6;
+
+/// Widening of a squared slope: squares below it underflow.
+const UNDERFLOW: f64 = f32::MIN_POSITIVE as f64;
 
 /// Widening of a box, in blocks: a point on the border of two blocks belongs to both.
 const BORDER: f64 = 1e-9;
@@ -27,12 +31,11 @@ const BORDER: f64 = 1e-9;
 #[derive(Clone, Debug)]
 pub(super) struct GradientBounds {
     origin: DVec3,
-    spacing: f64,
     /// Blocks per unit of length.
     density: f64,
     /// Blocks along each axis.
     dims: [usize; 3],
-    /// Squares of the largest rises over a spacing.
+    /// Squares of the largest slopes.
     squared: Vec<f32>,
     /// Bound over all blocks.
     max: f64,
@@ -44,6 +47,7 @@ impl GradientBounds {
         let [nx, ny, nz] = grid.dims();
         let dims = grid.dims().map(|n| (n - 1).div_ceil(BLOCK));
         let mut squared = vec![0.0_f32; dims.iter().product()];
+        let per_spacing = single(grid.spacing().recip());
 
         // Row by row of cells, between four rows of nodes; the cells of a block are consecutive,
         // so that its bound stays in a register.
@@ -54,7 +58,8 @@ impl GradientBounds {
                 let first = dims[0] * (j / BLOCK + dims[1] * (k / BLOCK));
                 for (block, max) in squared[first..first + dims[0]].iter_mut().enumerate() {
                     for i in BLOCK * block..(BLOCK * (block + 1)).min(nx - 1) {
-                        *max = max.max(squared_rise(rows.map(|row| [row[i], row[i + 1]])));
+                        let edges = rows.map(|row| [row[i], row[i + 1]]);
+                        *max = max.max(squared_slope(edges, per_spacing));
                     }
                 }
             }
@@ -62,8 +67,8 @@ impl GradientBounds {
 
         let (origin, spacing) = (grid.origin(), grid.spacing());
         let density = 1.0 / (coordinate(BLOCK) * spacing);
-        let max = gradient(squared.iter().copied().fold(0.0, f32::max), spacing);
-        Self { origin, spacing, density, dims, squared, max }
+        let max = gradient(squared.iter().copied().fold(0.0, f32::max));
+        Self { origin, density, dims, squared, max }
     }
 
     /// Returns the bound over the whole field.
@@ -88,7 +93,7 @@ impl GradientBounds {
                 squared = blocks.iter().copied().fold(squared, f32::max);
             }
         }
-        gradient(squared, self.spacing)
+        gradient(squared)
     }
 
     /// Returns the block that contains a point moved by `shift` blocks.
@@ -108,20 +113,21 @@ impl GradientBounds {
     }
 }
 
-/// Returns the gradient of a squared rise over a spacing.
-fn gradient(squared: f32, spacing: f64) -> f64 {
-    f64::from(squared).sqrt() / spacing * (1.0 + ROUNDING)
+/// Returns a bound on the gradient, for a bound on its square.
+fn gradient(squared: f32) -> f64 {
+    (f64::from(squared) + UNDERFLOW).sqrt() * (1.0 + ROUNDING)
 }
 
-/// Returns a bound on the squared rise of a cell's values over a spacing.
+/// Returns a bound on the squared gradient of a cell's values, up to rounding.
 ///
-/// A trilinear gradient is bounded along each axis by the largest rise of the four edges
-/// along it. The edges along x are given, y running fastest.
-fn squared_rise([a, b, c, d]: [[f32; 2]; 4]) -> f32 {
+/// A trilinear gradient is bounded along each axis by the largest slope of the four edges
+/// along it. The edges along x are given, y running fastest. Slopes are squared, not rises, whose
+/// squares underflow in small units.
+fn squared_slope([a, b, c, d]: [[f32; 2]; 4], per_spacing: f32) -> f32 {
     let along = [a, b, c, d].map(|[from, to]| (to - from).abs());
-    let x = along[0].max(along[1]).max(along[2].max(along[3]));
-    let y = max_rise(a, b).max(max_rise(c, d));
-    let z = max_rise(a, c).max(max_rise(b, d));
+    let x = along[0].max(along[1]).max(along[2].max(along[3])) * per_spacing;
+    let y = max_rise(a, b).max(max_rise(c, d)) * per_spacing;
+    let z = max_rise(a, c).max(max_rise(b, d)) * per_spacing;
     x * x + y * y + z * z
 }
 

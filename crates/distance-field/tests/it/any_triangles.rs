@@ -82,3 +82,26 @@ fn band_is_exact_and_signs_are_winding_numbers() {
         Ok(())
     });
 }
+
+/// Faces as thin as rounding and thinner, some of them along rows and through nodes.
+#[test]
+fn thin_faces_are_exact_in_the_band() {
+    let params =
+        FieldParams { method: INTERPOLATING, padding: 2.0, samples: 0, ..FieldParams::new(1.0) };
+    cases(2, 200, |u| {
+        let mut mesh = Mesh::default();
+        for _ in 0..u.int_in_range(1..=3)? {
+            let mut corner = || Ok(DVec3::new(coordinate(u)?, coordinate(u)?, coordinate(u)?));
+            let (a, b, aside) = (corner()?, corner()?, corner()?);
+            let along = f64::from(u.int_in_range(-2..=12_i8)?) / 10.0;
+            let width = 0.1_f64.powi(u.int_in_range(1..=18)?);
+            let first = u32::try_from(mesh.positions.len()).expect("few corners");
+            mesh.positions.extend([a, b, a.lerp(b, along) + width * aside]);
+            let mut face = [first, first + 1, first + 2];
+            face.rotate_left(u.choose_index(3)?);
+            mesh.faces.push(face);
+        }
+        check(&mesh, &mesh.surface(), &params);
+        Ok(())
+    });
+}

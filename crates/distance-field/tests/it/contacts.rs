@@ -398,6 +398,16 @@ fn distances_beside_a_tight_grid_are_lower_bounds() {
     assert!(bounds > 300, "{bounds}");
 }
 
+/// The bounds have a number for every 64 cells, and the field one for every node.
+#[test]
+fn bounds_take_little_memory_beside_the_field() {
+    let field = field_of(&bone());
+    let of_field = field.bytes();
+    let detector = FieldDetector::new(field, 1.0).unwrap();
+    let of_bounds = detector.bytes() - of_field;
+    assert!(of_bounds > of_field / 128 && of_bounds < of_field / 32, "{of_bounds} of {of_field}");
+}
+
 #[test]
 fn far_bodies_and_huge_edges_are_accepted() {
     let field = field_of(&bone());

@@ -20,3 +20,4 @@ mod support;
 #[cfg(feature = "rayon")]
 mod threads;
 mod truncation;
+mod units;
