@@ -21,3 +21,4 @@ mod support;
 mod threads;
 mod truncation;
 mod units;
+mod voxels;
