@@ -4,7 +4,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use glam::{DMat3, DVec3};
-use medial::{Deviation, FollowScratch, Links, MedialError, MedialSurface, REFIT_PASSES};
+use medial::{Ball, Deviation, FollowScratch, Links, MedialError, MedialSurface, REFIT_PASSES};
 
 use crate::support::{muscle, with_balls};
 
@@ -64,6 +64,37 @@ fn balls_that_few_vertices_touch_follow_too() {
         let error = after.center.distance(map(before.center));
         assert!(error < 0.01 * before.radius, "{error} of a ball of {}", before.radius);
     }
+}
+
+/// A ball that the vertices touching it define is carried by these alone, so that it follows them
+/// and nothing farther away.
+#[test]
+fn balls_are_carried_by_the_vertices_that_touch_them() {
+    let (mesh, medial, links) = linked(30);
+    let mut alone = 0;
+    for ball in 0..30_u32 {
+        let mut touching = Vec::new();
+        for (vertex, link) in (0_u32..).zip(links.links()) {
+            let balls = medial.primitives()[link.primitive as usize].into_iter();
+            if balls.zip(link.weights).any(|(b, weight)| b == ball && weight > 0.0) {
+                touching.push(vertex);
+            }
+        }
+        let carriers: Vec<u32> = links.carriers(ball).iter().map(|term| term.particle).collect();
+        assert!(touching.iter().all(|vertex| carriers.contains(vertex)), "ball {ball}");
+        alone += u32::from(carriers.len() == touching.len());
+
+        // The combination is the center, and multiplies noise of the vertices by 8 at most.
+        let mut center = DVec3::ZERO;
+        let mut magnitudes = 0.0;
+        for term in links.carriers(ball) {
+            center += term.weight * mesh.positions[term.particle as usize];
+            magnitudes += term.weight.abs();
+        }
+        let Ball { center: expected, radius } = medial.balls()[ball as usize];
+        assert!(center.distance(expected) <= 1e-3 * radius && magnitudes <= 8.0, "ball {ball}");
+    }
+    assert!(alone > 20, "{alone} of 30 balls");
 }
 
 #[test]
