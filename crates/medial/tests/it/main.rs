@@ -13,4 +13,5 @@ mod sheets;
 mod support;
 #[cfg(feature = "rayon")]
 mod threads;
+mod units;
 mod validation;
