@@ -92,6 +92,10 @@ impl VolumeMesh {
         if let Some(place) = target.iter().position(|x| !x.is_finite()) {
             return Err(VolumeError::NotFinite { node: boundary.nodes[place] as usize });
         }
+        let mut used = self.cells().iter().flat_map(|cell| cell.nodes());
+        if let Some(&node) = used.find(|node| !rest[**node as usize].is_finite()) {
+            return Err(VolumeError::NotFinite { node: node as usize });
+        }
         let limits = self.limits(rest, params)?;
 
         // Nodes without a cell stay, as the given ones do.

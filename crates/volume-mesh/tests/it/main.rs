@@ -305,6 +305,25 @@ fn cells_too_large_to_measure_are_inverted() {
     assert_eq!((quality.min_scaled_jacobian, quality.inverted), (-1.0, 1));
 }
 
+/// Positions that are not finite are named by their nodes, at the start and at the end; those of
+/// nodes without a cell concern nothing.
+#[test]
+fn positions_that_are_not_finite_are_named() {
+    let mut rest = vec![DVec3::NAN, DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+    let mesh = VolumeMesh::new(5, vec![Cell::Tetrahedron([1, 2, 3, 4])]).expect("a cell");
+    let boundary = boundary(&mesh);
+    let mut target = boundary.positions(&rest);
+    let params = FollowParams::default();
+    assert!(mesh.follow(&rest, &boundary, &target, &params, Progress::none()).is_ok());
+    target[1].y = f64::INFINITY;
+    let refused = mesh.follow(&rest, &boundary, &target, &params, Progress::none());
+    assert_eq!(refused, Err(VolumeError::NotFinite { node: 2 }));
+    target[1].y = 0.0;
+    rest[3].z = f64::NAN;
+    let refused = mesh.follow(&rest, &boundary, &target, &params, Progress::none());
+    assert_eq!(refused, Err(VolumeError::NotFinite { node: 3 }));
+}
+
 #[test]
 fn parameters_out_of_range_are_refused() {
     let (mesh, rest) = &blocks()[1];
