@@ -22,3 +22,4 @@ mod scenes_springs;
 mod soft;
 mod solving;
 mod step_scenes;
+mod units;
