@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use medial::{MedialError, MedialParams, generate};
+use medial::{MedialError, MedialParams, generate, generate_each};
 use surface::parallel::on_calling_thread;
 use surface::progress::{Interrupted, Progress};
 
@@ -41,20 +41,43 @@ fn every_poll_can_end_generation() {
     }
 }
 
+/// Returns the fractions that a call reports.
+fn reported(call: impl Fn(Progress<'_>)) -> Vec<f64> {
+    let fractions = Mutex::new(Vec::new());
+    let handler = |fraction| {
+        fractions.lock().unwrap().push(fraction);
+        ControlFlow::Continue(())
+    };
+    on_calling_thread(|| call(Progress::new(&handler)));
+    fractions.into_inner().unwrap()
+}
+
 #[test]
 fn progress_rises_to_its_end() {
     let mesh = muscle();
     let surface = mesh.surface();
     let x = surface.positions(&mesh.positions).unwrap();
     for (params, end) in [(MedialParams::balls(20), 1.0), (MedialParams::tolerance(1.0), 0.5)] {
-        let fractions = Mutex::new(Vec::new());
-        let handler = |fraction| {
-            fractions.lock().unwrap().push(fraction);
-            ControlFlow::Continue(())
-        };
-        on_calling_thread(|| generate(&surface, x, &params, Progress::new(&handler))).unwrap();
-        let fractions = fractions.into_inner().unwrap();
+        let fractions = reported(|progress| {
+            generate(&surface, x, &params, progress).unwrap();
+        });
         assert!(fractions.is_sorted(), "{fractions:?}");
         assert!(fractions.last().is_some_and(|&last| last >= end && last <= 1.0), "{fractions:?}");
     }
+}
+
+/// Of several sizes, each takes as much of the bar as the others.
+#[test]
+fn progress_of_several_sizes_rises_to_its_end() {
+    let mesh = muscle();
+    let surface = mesh.surface();
+    let x = surface.positions(&mesh.positions).unwrap();
+    let fractions = reported(|progress| {
+        let params = MedialParams::balls(1);
+        generate_each(&surface, x, &[20, 40, 30], &params, progress).unwrap();
+    });
+    assert!(fractions.is_sorted(), "{fractions:?}");
+    assert!(fractions.last().is_some_and(|&last| (last - 1.0).abs() < 1e-12), "{fractions:?}");
+    let steps = fractions.windows(2).map(|pair| pair[1] - pair[0]);
+    assert!(steps.fold(0.0, f64::max) < 0.3, "{fractions:?}");
 }
