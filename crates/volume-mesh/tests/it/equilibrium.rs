@@ -156,3 +156,27 @@ fn interiors_are_in_the_equilibrium_of_the_dense_system() {
         }
     }
 }
+
+/// In units of any size, interiors are the same to the bit: these are powers of two.
+#[test]
+fn interiors_are_the_same_in_any_unit() {
+    for (mesh, rest) in blocks() {
+        let boundary = mesh.boundary().expect("faces of one or two cells");
+        let follow = |unit: f64| {
+            let scaled: Vec<DVec3> = rest.iter().map(|x| unit * *x).collect();
+            let mut target = boundary.positions(&scaled);
+            // The top is pushed into the body, farther than cells let it.
+            target.iter_mut().filter(|x| x.z >= 2.0 * unit).for_each(|x| x.z -= 1.4 * unit);
+            let params = FollowParams { max_steps: 4, ..FollowParams::default() };
+            let followed = mesh.follow(&scaled, &boundary, &target, &params, Progress::none());
+            followed.expect("valid input")
+        };
+        let expected = follow(1.0);
+        assert!(expected.share > 0.2 && expected.blocking.is_some(), "{expected:?}");
+        for unit in [-90, 90].map(|power| 2.0_f64.powi(power)) {
+            let mut followed = follow(unit);
+            followed.positions.iter_mut().for_each(|x| *x /= unit);
+            assert_eq!(followed, expected, "in {unit}");
+        }
+    }
+}
