@@ -18,7 +18,8 @@ use glam::DVec3;
 pub struct Term {
     /// Number of the particle in the caller's arrays.
     pub particle: u32,
-    /// Its weight β in `P_c = Σ β_k P_k`: negative on the side of P, also of a zero.
+    /// Its weight β in `P_c = Σ β_k P_k`: negative on the side of P. A zero has the
+    /// sign of its side.
     pub weight: f64,
 }
 
