@@ -142,7 +142,10 @@ impl Plan {
         let Some(motion) = &mut self.motion else { return };
         BodyMotion::follow(motion, scene);
         for place in 0..self.pairs.len() {
-            self.remember(place);
+            // Those that this scene ignores were not detected: what is known of them stays.
+            if !scene.is_ignored(self.pairs[place].pair) {
+                self.remember(place);
+            }
         }
     }
 

@@ -122,6 +122,25 @@ fn a_pair_that_is_ignored_later_is_not_left_out() {
     }
 }
 
+/// A frame in which a pair is ignored says nothing of its depth in a scene in which it is not.
+#[test]
+fn a_pair_that_is_ignored_in_a_clone_keeps_its_bound() {
+    let (mut scene, ids) = row(2);
+    let mut plan = plan(&mut scene, &PlanParams::with_tolerance(0.1));
+    let mut ignoring = scene.clone();
+    ignoring.ignore(ids[0], ids[1]);
+    for budget in [3600, 0] {
+        let budget = FrameBudget::Operations(Duration::from_secs(budget));
+        detect_within(&mut plan, &mut scene, budget);
+        assert!(crate::detect(&mut plan, &mut ignoring).pairs().is_empty());
+    }
+    shift(&mut scene, ids[1], -1.0);
+    let nothing = FrameBudget::Operations(Duration::ZERO);
+    let detection = detect_within(&mut plan, &mut scene, nothing);
+    assert_eq!(detection.left_out().len(), 1);
+    assert_bounds_hold(&mut scene, &detection, 1.4);
+}
+
 /// Frames under a budget count as others, and so do the operations of the pairs that they detect.
 #[test]
 fn frames_under_a_budget_are_counted() {
