@@ -230,7 +230,8 @@ impl NearVertex {
         let offset = position - foot;
 
         // The offset has no direction where the vertex is on the surface: the face has.
-        let face_normal = triangle::normal(q.corners(found.face)).normalize_or(DVec3::Z);
+        let face_normal = q.orientation() * triangle::normal(q.corners(found.face));
+        let face_normal = face_normal.normalize_or(DVec3::Z);
         let scale = position.abs().max(foot.abs()).max_element();
         Self {
             vertex,

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use kdop::{Leaves, StepTree, Tree, TreeError};
-use surface::{PositionBuffer, Positions, SurfaceError, TriangleSurface};
+use surface::{PositionBuffer, Positions, SurfaceError, TriangleSurface, triangle};
 
 use crate::{NoInside, ProximityError};
 
@@ -27,6 +27,7 @@ pub struct SurfaceTree {
     no_inside: Option<NoInside>,
     /// Found with the first tree.
     no_winding_number: Option<NoInside>,
+    is_inside_out: bool,
 }
 
 /// A [`SurfaceTree`] whose tree is built at the first use and refit after moves.
@@ -73,7 +74,7 @@ impl SurfaceTree {
     #[must_use]
     pub fn declared_open(self) -> Self {
         let reason = Some(NoInside::DeclaredOpen);
-        Self { no_inside: reason, no_winding_number: reason, ..self }
+        Self { no_inside: reason, no_winding_number: reason, is_inside_out: false, ..self }
     }
 
     /// Moves all vertices, and refits the tree; where it has become too loose it is built anew.
@@ -157,6 +158,18 @@ impl SurfaceTree {
         self.no_inside.map_or(Ok(()), Err)
     }
 
+    /// Returns true if the surface is inside out: its faces looked inward when it was made, so that they
+    /// enclosed a negative volume. False without an inside, or without a volume beyond rounding.
+    #[must_use]
+    pub fn is_inside_out(&self) -> bool {
+        self.is_inside_out
+    }
+
+    /// Returns the sign by which normals of faces point outward.
+    pub(crate) fn orientation(&self) -> f64 {
+        if self.is_inside_out { -1.0 } else { 1.0 }
+    }
+
     /// Checks that winding numbers are defined: as [`has_inside`](Self::has_inside), and that as many
     /// faces run along each edge in one direction as in the other.
     ///
@@ -194,6 +207,16 @@ fn refit(
     Ok(Some(true))
 }
 
+/// Returns true if a closed surface has a negative volume, beyond the rounding of coordinates.
+fn looks_inward(surface: &TriangleSurface, x: Positions<'_>) -> bool {
+    let Some(&origin) = x.as_slice().first() else { return false };
+    let corners = || surface.faces().iter().map(|&face| x.corners(face));
+    let volume = triangle::signed_volume(corners(), origin);
+    let largest = x.as_slice().iter().map(|x| x.abs().max_element()).fold(0.0, f64::max);
+    let area: f64 = corners().map(triangle::area).sum();
+    -volume > f64::EPSILON * largest * area
+}
+
 impl LazySurfaceTree {
     /// Takes a surface at `positions` (|V|). Nothing is built.
     ///
@@ -206,8 +229,10 @@ impl LazySurfaceTree {
     ) -> Result<Self, SurfaceError> {
         let surface = surface.into();
         let no_inside = NoInside::find(&surface);
+        let positions = surface.own_positions(positions)?;
         let inner = SurfaceTree {
-            positions: surface.own_positions(positions)?,
+            is_inside_out: no_inside.is_none() && looks_inward(&surface, positions.as_positions()),
+            positions,
             no_winding_number: no_inside,
             no_inside,
             tree: Tree::default(),
@@ -345,5 +370,11 @@ impl LazySurfaceTree {
     /// As [`SurfaceTree::has_inside`].
     pub fn has_inside(&self) -> Result<(), NoInside> {
         self.inner.has_inside()
+    }
+
+    /// Returns true if the surface is inside out, as [`SurfaceTree::is_inside_out`].
+    #[must_use]
+    pub fn is_inside_out(&self) -> bool {
+        self.inner.is_inside_out()
     }
 }

@@ -47,6 +47,39 @@ fn memory_of_another_pair_is_no_part_of_an_answer() {
     assert!(inside > 20, "{inside}");
 }
 
+/// Vertices against a surface whose faces look inward: the same gaps and normals as where they look
+/// outward, also at vertices that touch it, whose normals are those of faces.
+#[test]
+fn faces_that_look_inward_change_no_normal() {
+    let plate = shapes::plate(DVec3::new(40.0, 30.0, 4.0), [8, 6]);
+    let top = plate.positions.iter().map(|x| x.z).fold(f64::MIN, f64::max);
+    let mut touching = 0;
+    for (mesh, height) in [
+        (shapes::cube(6.0), 3.0),
+        (shapes::cube(6.0), 2.5),
+        (shapes::octasphere(5.0, 2), 5.0),
+        (shapes::icosphere(5.0, 2), 5.3),
+        (shapes::icosphere(5.0, 2), 4.0),
+    ] {
+        let a = tree(mesh.translated(DVec3::new(0.3, 0.2, top + height)));
+        let [outward, inward] = [tree(plate.clone()), tree(plate.clone().flipped())];
+        assert!(inward.is_inside_out() && !outward.is_inside_out());
+        let (mut found, mut turned) = (PairProximity::default(), PairProximity::default());
+        found.compute(&a, &outward, 1.0);
+        turned.compute(&a, &inward, 1.0);
+        let [near, of_turned] = [&found, &turned].map(|found| found.sides()[0].near());
+        assert_eq!(near.len(), of_turned.len());
+        for (near, turned) in near.iter().zip(of_turned) {
+            let [one, other] = [near, turned].map(|it| (it.vertex, it.face));
+            assert_eq!(one, other);
+            assert!((near.gap - turned.gap).abs() < 1e-12, "{near:?} {turned:?}");
+            assert!(near.normal.distance(turned.normal) < 1e-9, "{near:?} {turned:?}");
+            touching += usize::from(near.gap.abs() < 1e-12);
+        }
+    }
+    assert!(touching >= 5, "{touching}");
+}
+
 /// Computes a pair, ended by the poll of a number.
 fn compute_until(
     pair: &mut PairProximity,
