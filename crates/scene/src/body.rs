@@ -15,6 +15,7 @@ use surface::progress::{Interrupted, Progress};
 use surface::{Aabb, Pose, Positions, SimplexSurface, SurfaceError, Term, TriangleSurface};
 
 use crate::SceneError;
+use crate::outward::turned_over;
 
 /// Kind of motion of a body, and whether it is meant to have an inside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,6 +37,8 @@ pub struct Body {
     kind: BodyKind,
     first_particle: u32,
     surface: LazySurfaceTree,
+    /// Connectivity with faces that look outward, where those of `surface` look inward.
+    outward: Option<Arc<TriangleSurface>>,
     /// Polygons that the faces are fans of.
     simplex: Option<SimplexSurface>,
     /// Box around the positions, once computed.
@@ -89,6 +92,9 @@ impl Body {
         if kind == BodyKind::Open {
             surface = surface.declared_open();
         }
+        let outward = surface.is_inside_out().then(|| turned_over(surface.surface())).transpose();
+        let outward =
+            outward.map_err(|source| SceneError::Surface { name: name.clone(), source })?;
         let pose = (kind == BodyKind::Rigid).then_some(Pose::IDENTITY);
         let origin = Revision::next();
         Ok(Self {
@@ -96,6 +102,7 @@ impl Body {
             kind,
             first_particle,
             surface,
+            outward: outward.map(Arc::new),
             simplex: None,
             bounds: None,
             reference: None,
@@ -240,6 +247,23 @@ impl Body {
     /// [`NoInside`] where the body was declared open, or has an edge with an odd number of faces.
     pub fn has_inside(&self) -> Result<(), NoInside> {
         self.surface.has_inside()
+    }
+
+    /// Returns true if the faces looked inward when the body was added, so that they enclosed a negative
+    /// volume. Bodies without an inside, or without a volume beyond rounding, are not inside out.
+    #[must_use]
+    pub fn is_inside_out(&self) -> bool {
+        self.surface.is_inside_out()
+    }
+
+    /// Returns the connectivity with faces that look outward, by the same numbers.
+    pub(crate) fn outward_surface(&self) -> &TriangleSurface {
+        self.outward.as_deref().unwrap_or(self.surface())
+    }
+
+    /// Returns the sign by which normals of faces point outward.
+    pub(crate) fn orientation(&self) -> f64 {
+        if self.is_inside_out() { -1.0 } else { 1.0 }
     }
 
     /// Returns the pose of a rigid body, from where it was added; `None` for other bodies, and

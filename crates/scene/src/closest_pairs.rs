@@ -57,6 +57,8 @@ pub(crate) struct SurfaceState<'a> {
     /// True for bones, whose faces look outward; those of open surfaces have no outer side, and soft
     /// bodies may be folded over by a contact.
     has_sides: bool,
+    /// Sign by which normals of faces point outward.
+    orientation: f64,
 }
 
 /// Point of a surface that may touch another one: a vertex, or a point of an edge.
@@ -71,12 +73,14 @@ pub(crate) struct OuterPoint<'a> {
 impl<'a> SurfaceState<'a> {
     pub(crate) fn of_tree(tree: &'a SurfaceTree, is_rigid: bool) -> Self {
         let has_sides = is_rigid && tree.has_inside().is_ok();
-        Self { surface: tree.surface(), x: tree.positions(), has_sides }
+        let orientation = if tree.is_inside_out() { -1.0 } else { 1.0 };
+        Self { surface: tree.surface(), x: tree.positions(), has_sides, orientation }
     }
 
     pub(crate) fn of_body(body: &'a Body) -> Self {
         let has_sides = body.is_rigid() && body.has_inside().is_ok();
-        Self { surface: body.surface(), x: body.checked_positions(), has_sides }
+        let (surface, x) = (body.surface(), body.checked_positions());
+        Self { surface, x, has_sides, orientation: body.orientation() }
     }
 
     /// Returns a vertex.
@@ -89,10 +93,10 @@ impl<'a> SurfaceState<'a> {
         OuterPoint { of: self, faces: self.surface.edge_faces(edge), p }
     }
 
-    /// Computes the unit normal of a face; zero where it has collapsed.
+    /// Computes the outer unit normal of a face; zero where it has collapsed.
     pub(crate) fn normal(&self, face: u32) -> DVec3 {
         let corners = self.x.corners(self.surface.faces()[face as usize]);
-        triangle::normal(corners).normalize_or_zero()
+        self.orientation * triangle::normal(corners).normalize_or_zero()
     }
 
     /// Computes the cosine between the outer normal of a face and a direction; a face that has no

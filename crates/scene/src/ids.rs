@@ -43,3 +43,18 @@ impl PairId {
         self.a == id || self.b == id
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pair_holds_its_two_bodies_alone() {
+        for (a, b) in [(1, 3), (3, 1)] {
+            let pair = PairId::new(BodyId(a), BodyId(b));
+            assert_eq!(pair.bodies(), [BodyId(1), BodyId(3)]);
+            let held: Vec<u32> = (0..5).filter(|&id| pair.contains(BodyId(id))).collect();
+            assert_eq!(held, [1, 3]);
+        }
+    }
+}

@@ -64,6 +64,7 @@ mod joint_turn_paths;
 mod kept_contacts;
 mod kept_vertex;
 mod medial_contacts;
+mod outward;
 mod pair_contacts;
 mod pair_frame;
 mod pair_overlap;

@@ -149,7 +149,7 @@ impl<'a> SweptPoint<'a> {
         Self { id, body, terms: own, point }
     }
 
-    /// Computes the sum of the unit normals of the faces that hold the point; zero for a body without
+    /// Computes the sum of the outer unit normals of the faces that hold the point; zero for a body without
     /// an inside.
     fn outward(&self) -> DVec3 {
         let (surface, first) = (self.body.surface(), self.body.particles().start);
@@ -165,7 +165,7 @@ impl<'a> SweptPoint<'a> {
                 sum += triangle::normal(self.body.corners(face)).normalize_or_zero();
             }
         }
-        sum
+        self.body.orientation() * sum
     }
 
     /// Returns the side of a contact at this point, with the motion of a bone.

@@ -15,7 +15,10 @@ use surface::Pose;
 use crate::step_detectors::{H, MARGIN, TOLERANCE, World};
 
 fn kept(restraint: Restraint, skin: f64) -> World {
-    let mut world = World::new(StepMethod::Exact);
+    kept_in(World::new(StepMethod::Exact), restraint, skin)
+}
+
+fn kept_in(mut world: World, restraint: Restraint, skin: f64) -> World {
     let pair = PairId::new(world.bone, world.ball);
     world
         .detectors
@@ -34,13 +37,15 @@ fn only(detectors: &StepDetectors) -> KeptPair {
 #[test]
 fn a_soft_ball_rests_on_kept_contacts() {
     for restraint in [Restraint::Sticking, Restraint::Sliding] {
-        let mut world = kept(restraint, 1.0);
-        let measured = world.measure();
-        println!("measured: rest, {restraint:?}, jitter {:.1e} | {} |", measured.jitter, 5e-3);
-        assert!(measured.jitter <= 5e-3, "{restraint:?}: {measured:?}");
-        assert!(measured.thrown <= 0.0 && measured.depth <= TOLERANCE, "{measured:?}");
-        let list = only(&world.detectors);
-        assert!(list.since < 400 && list.bound <= TOLERANCE, "{list:?}");
+        for world in [World::new(StepMethod::Exact), World::inside_out(StepMethod::Exact)] {
+            let mut world = kept_in(world, restraint, 1.0);
+            let measured = world.measure();
+            println!("measured: rest, {restraint:?}, jitter {:.1e} | {} |", measured.jitter, 5e-3);
+            assert!(measured.jitter <= 5e-3, "{restraint:?}: {measured:?}");
+            assert!(measured.thrown <= 0.0 && measured.depth <= TOLERANCE, "{measured:?}");
+            let list = only(&world.detectors);
+            assert!(list.since < 400 && list.bound <= TOLERANCE, "{list:?}");
+        }
     }
 }
 

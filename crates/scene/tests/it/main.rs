@@ -14,3 +14,4 @@ mod step_sweep;
 mod support;
 mod sweep;
 mod sweep_paths;
+mod units;

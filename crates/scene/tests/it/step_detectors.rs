@@ -56,7 +56,15 @@ pub(crate) struct Measured {
 
 impl World {
     pub(crate) fn new(method: StepMethod) -> Self {
-        let bone_mesh = plate(DVec3::new(80.0, 60.0, 4.0), [24, 18]);
+        Self::with_bone(method, plate(DVec3::new(80.0, 60.0, 4.0), [24, 18]))
+    }
+
+    /// A ball on a bone whose faces look inward.
+    pub(crate) fn inside_out(method: StepMethod) -> Self {
+        Self::with_bone(method, plate(DVec3::new(80.0, 60.0, 4.0), [24, 18]).flipped())
+    }
+
+    fn with_bone(method: StepMethod, bone_mesh: Mesh) -> Self {
         let top = bone_mesh.positions.iter().fold(f64::MIN, |top, x| top.max(x.z));
         let bone_mesh = bone_mesh.translated(DVec3::Z * (2.0 - top));
         let ball_mesh = icosphere(10.0, 3).translated(DVec3::Z * 12.3);
@@ -188,12 +196,25 @@ fn balls_of(scene: &Scene, id: BodyId, count: usize, margin: f64) -> MedialDetec
 }
 
 fn assert_rests(method: StepMethod) {
-    let measured = World::new(method).measure();
+    assert_rests_in(World::new(method), method);
+}
+
+fn assert_rests_in(mut world: World, method: StepMethod) {
+    let measured = world.measure();
     println!("measured: rest by {method:?}, jitter {:.1e} | {} |", measured.jitter, 5e-3);
     assert_eq!(measured.fallbacks, 0, "{method:?}: {measured:?}");
     assert!(measured.jitter <= 5e-3, "{method:?}: {measured:?}");
     assert!(measured.thrown <= 0.0, "{method:?}: {measured:?}");
     assert!(measured.depth <= TOLERANCE, "{method:?}: {measured:?}");
+}
+
+#[test]
+fn a_soft_ball_rests_on_a_bone_that_is_inside_out() {
+    for method in [StepMethod::Exact, StepMethod::Field] {
+        let world = World::inside_out(method);
+        assert!(world.scene.body(world.bone).is_inside_out());
+        assert_rests_in(world, method);
+    }
 }
 
 #[test]

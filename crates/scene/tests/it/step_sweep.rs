@@ -1,6 +1,7 @@
 //! Contacts that a step meets on its way: bodies so fast that no state shows them.
 
 use ccd::CcdParams;
+use fixtures::Mesh;
 use fixtures::shapes::{icosphere, plate};
 use glam::{DQuat, DVec3};
 use response::{
@@ -31,7 +32,10 @@ struct World {
 
 impl World {
     fn new(height: f64, velocity: DVec3) -> Self {
-        let bone = plate(DVec3::new(80.0, 60.0, 2.0), [12, 9]);
+        Self::with_bone(plate(DVec3::new(80.0, 60.0, 2.0), [12, 9]), height, velocity)
+    }
+
+    fn with_bone(bone: Mesh, height: f64, velocity: DVec3) -> Self {
         let top = bone.positions.iter().fold(f64::MIN, |top, x| top.max(x.z));
         let bone = bone.translated(-DVec3::Z * top);
         let ball = icosphere(10.0, 2);
@@ -51,6 +55,14 @@ impl World {
 
     /// Corrects by static contacts, then by swept ones.
     fn correct(&mut self, params: &StepParams) -> (StepReport, SweptReport) {
+        self.correct_within(params, &CcdParams::DEFAULT)
+    }
+
+    fn correct_within(
+        &mut self,
+        params: &StepParams,
+        ccd: &CcdParams,
+    ) -> (StepReport, SweptReport) {
         let params_of_detectors = DetectorParams { margin: 0.5, tolerance: 0.0 };
         let mut detectors = StepDetectors::new(params_of_detectors).expect("in range");
         let Self { scene, step, x, v, w, .. } = self;
@@ -62,8 +74,7 @@ impl World {
         let mut report = step.correct(scene, states, params, detect).expect("valid");
         let loads = ParticleLoads::None;
         let states = SceneStates { x, v, loads, inverse_mass: w };
-        let ccd = CcdParams::DEFAULT;
-        let swept = step.correct_swept(scene, states, params, &ccd, &mut report).expect("valid");
+        let swept = step.correct_swept(scene, states, params, ccd, &mut report).expect("valid");
         (report, swept)
     }
 
@@ -110,6 +121,34 @@ fn a_ball_does_not_tunnel_through_a_plate() {
     let low = world.scene.body(world.ball).positions().iter().map(|x| x.z);
     let low = low.fold(f64::MAX, f64::min);
     assert!(low.abs() <= 2.0 * SPEED * H, "{low}");
+}
+
+/// What is met on the way is held at the minimum separation, and no nearer.
+#[test]
+fn a_ball_that_is_met_keeps_the_minimum_separation() {
+    let ccd = CcdParams { min_separation: 0.25, ..CcdParams::DEFAULT };
+    let mut world = World::new(5.0, DVec3::new(200.0, 0.0, -30_000.0));
+    let (_, swept) = world.correct_within(&params(10), &ccd);
+    assert!(swept.contacts > 0 && swept.free_share >= 1.0, "{swept:?}");
+    assert!(world.advance(1.0, DVec3::ZERO) <= 0.0, "apart at the end of the move");
+    let heights = world.scene.body(world.ball).positions().iter().map(|x| x.z);
+    let low = heights.fold(f64::MAX, f64::min);
+    assert!((low - 0.25).abs() <= 2.0 * SPEED * H, "{low}");
+}
+
+/// Faces of a plate that look inward stop what comes from outside, too.
+#[test]
+fn a_ball_does_not_tunnel_through_a_plate_that_is_inside_out() {
+    let fast = DVec3::new(200.0, 0.0, -30_000.0);
+    let plate = plate(DVec3::new(80.0, 60.0, 2.0), [12, 9]).flipped();
+    let mut world = World::with_bone(plate, 5.0, fast);
+    let (_, swept) = world.correct(&params(10));
+    assert!(swept.rounds >= 1 && swept.contacts > 0 && swept.free_share >= 1.0, "{swept:?}");
+    let depth = world.advance(1.0, DVec3::ZERO);
+    assert!(depth <= 2.0 * SPEED * H, "depth {depth} at the end of the move");
+    let heights = world.scene.body(world.ball).positions().iter().map(|x| x.z);
+    let low = heights.fold(f64::MAX, f64::min);
+    assert!(low >= -2.0 * SPEED * H, "{low}: below the plate");
 }
 
 #[test]

@@ -150,6 +150,104 @@ fn bodies_that_turn_about_skew_axes_are_never_late() {
     assert!(met >= 8, "only {met} of the steps meet");
 }
 
+/// Finds the first contacts of all vertices, edges and faces of different bodies on their paths, one by
+/// one over the whole step, in the order of their particles.
+fn slow_contacts(
+    scene: &Scene,
+    ids: &[BodyId],
+    paths: &[BodyPath],
+    params: &ccd::CcdParams,
+) -> Vec<([u32; 4], f64)> {
+    let rest = scene.particle_positions();
+    let owner = |particle: u32| {
+        ids.iter().position(|id| scene.body(*id).particles().contains(&particle)).expect("a body")
+    };
+    let vertex = |particle: u32| particle - scene.body(ids[owner(particle)]).particles().start;
+    let place = |particle: u32, time| paths[owner(particle)].position(vertex(particle), time);
+    let bend = |particle: u32| paths[owner(particle)].bend(vertex(particle));
+    let extent = rest.iter().map(|x| x.abs().max_element()).fold(100.0, f64::max);
+
+    let mut found = Vec::new();
+    let mut search = |primitives, points: [u32; 4], first: usize| {
+        let largest = |points: &[u32]| points.iter().map(|p| bend(*p)).fold(0.0, f64::max);
+        let bend = largest(&points[..first]) + largest(&points[first..]);
+        let bounds = ccd::PathBounds { bend, rounding: 256.0 * f64::EPSILON * extent };
+        let at = |time: f64| points.map(|particle| place(particle, time));
+        let answer = ccd::first_contact_on_paths(primitives, at, bounds, [0.0, 1.0], params);
+        found.extend(answer.expect("finite").map(|contact| (points, contact.lo)));
+    };
+    for (k, a) in ids.iter().enumerate() {
+        for b in &ids[k + 1..] {
+            let [a, b] = [a, b].map(|id| scene.body(*id));
+            for (of, on) in [(a, b), (b, a)] {
+                for vertex in of.particles() {
+                    for face in on.surface().faces() {
+                        let [p, q, r] = face.map(|corner| on.particles().start + corner);
+                        search(ccd::Primitives::VertexFace, [vertex, p, q, r], 1);
+                    }
+                }
+            }
+            for of_a in a.surface().edges() {
+                for of_b in b.surface().edges() {
+                    let [p, q] = of_a.map(|end| a.particles().start + end);
+                    let [r, s] = of_b.map(|end| b.particles().start + end);
+                    search(ccd::Primitives::EdgeEdge, [p, q, r, s], 2);
+                }
+            }
+        }
+    }
+    found.sort_by_key(|&(points, _)| points);
+    found
+}
+
+/// Three bodies turn at once, two as rigid ones and one vertex by vertex: all first contacts of their
+/// vertices, edges and faces are found, by the right particles and at the right times.
+#[test]
+fn all_contacts_of_bodies_that_turn_are_those_of_brute_force() {
+    let (mut met, mut pairs) = (0, std::collections::BTreeSet::new());
+    cases(11, 24, |u| {
+        let a = shapes::ellipsoid(DVec3::new(4.0, 9.0, 3.0), 0);
+        let b = shapes::icosphere(5.0, 0).translated(DVec3::X * 12.0 + vector(u, 4.0)?);
+        let c = shapes::ellipsoid(DVec3::new(3.0, 5.0, 8.0), 0);
+        let c = c.translated(DVec3::Y * 15.0 + vector(u, 4.0)?);
+        let (mut scene, ids) = scene_of(&[&a, &b, &c]);
+        let mut paths = Vec::new();
+        for (number, &id) in ids.iter().enumerate() {
+            let axis = vector(u, 1.0)?.normalize_or(DVec3::X);
+            let rotation = DQuat::from_axis_angle(axis, share(u, 0.2, 1.0)?);
+            let path = RigidPath::new(rotation, vector(u, 6.0)?, vector(u, 14.0)?);
+            paths.push(BodyPath { is_rigid: number != 1, ..path_of(&scene, id, path) });
+        }
+        let params = ccd::CcdParams { min_separation: 0.25, ..ccd::CcdParams::DEFAULT };
+        for params in [ccd::CcdParams::DEFAULT, params] {
+            let moves: Vec<PathMove<'_>> =
+                ids.iter().zip(&paths).map(|(&body, path)| PathMove { body, path }).collect();
+            let report = scene.sweep_paths(&moves, &params, Progress::none()).expect("a sweep");
+            let mut found = Vec::new();
+            for pair in &report.pairs {
+                pairs.insert(pair.pair);
+                for contact in &pair.contacts {
+                    let terms = contact.contact.stencil.terms();
+                    let points: [u32; 4] = std::array::from_fn(|k| terms[k].particle);
+                    found.push((points, contact.contact.time.expect("a time")));
+                }
+            }
+            found.sort_by_key(|&(points, _)| points);
+            let slow = slow_contacts(&scene, &ids, &paths, &params);
+            let features = |list: &[([u32; 4], f64)]| -> Vec<[u32; 4]> {
+                list.iter().map(|(points, _)| *points).collect()
+            };
+            assert_eq!(features(&found), features(&slow));
+            for ((points, time), (_, slow)) in found.iter().zip(&slow) {
+                assert!((time - slow).abs() < 1e-6, "{points:?}: {time}, {slow} by brute force");
+            }
+            met += found.len();
+        }
+        Ok(())
+    });
+    assert!(met > 100 && pairs.len() == 3, "{met} contacts of {pairs:?}");
+}
+
 /// Straight paths are swept as such.
 #[test]
 fn straight_paths_find_what_a_straight_sweep_finds() {
