@@ -72,7 +72,7 @@ struct CrossingBody<'a> {
     body: &'a Body,
     /// True for vertices inside the other body, |V|.
     is_inside: Vec<bool>,
-    /// Vertex normals, |V|.
+    /// Outward vertex normals, |V|.
     normals: Vec<DVec3>,
     /// True for the anchor of contacts.
     is_anchor: bool,
@@ -80,7 +80,10 @@ struct CrossingBody<'a> {
 
 impl<'a> CrossingBody<'a> {
     fn new(body: &'a Body, is_inside: Vec<bool>, is_anchor: bool) -> Self {
-        let normals = vertex_normals(body.surface().faces(), body.positions());
+        let mut normals = vertex_normals(body.surface().faces(), body.positions());
+        if body.is_inside_out() {
+            normals.iter_mut().for_each(|normal| *normal = -*normal);
+        }
         Self { body, is_inside, normals, is_anchor }
     }
 

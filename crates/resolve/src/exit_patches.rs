@@ -15,7 +15,7 @@ use proximity::{NearVertex, SurfaceTree};
 use surface::UnionFind;
 
 use crate::exit_sides::ExitMemory;
-use crate::tissue::{Strut, Tissue};
+use crate::tissue::Tissue;
 
 /// Vertices per body whose directions are tried for a deep patch. Below, a patch may
 /// leave by a longer way; above, its direction takes longer.
@@ -222,7 +222,9 @@ impl ExitPatch<'_> {
                 let from = sides[k].tree.position(near.vertex);
                 let way = match direction(k, near) {
                     Some(direction) => {
-                        let exit = Strut::find(other.tree, from, None, direction, reach, workspace);
+                        let tissue = other.tissue;
+                        let exit =
+                            tissue.find_exit(other.tree, from, None, direction, reach, workspace);
                         exit.map_or(reach, |exit| exit.length())
                     }
                     None => -near.gap,

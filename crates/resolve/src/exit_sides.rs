@@ -108,6 +108,12 @@ impl ExitSide<'_> {
         self.tissue.normals[near.vertex as usize]
     }
 
+    /// Computes the outer unit normal of a face of the other body.
+    fn normal_of_other(&self, face: u32) -> DVec3 {
+        let normal = triangle::unit_normal(self.other.corners(face));
+        if self.other.is_inside_out() { -normal } else { normal }
+    }
+
     /// Computes the exit directions of vertices inside or near, |V|; 0 for others, for rigid
     /// bodies, and for all while none has been inside.
     fn exit_directions(&self, near: &[NearVertex], memory: &mut ExitMemory) -> Vec<DVec3> {
@@ -159,7 +165,7 @@ impl ExitSide<'_> {
         other.tree().nearest(position, f64::INFINITY, workspace, |face, _| {
             let found = other.closest_on_face(position, face);
             let is_nearer = nearest.is_none_or(|nearest| found.is_before(&nearest));
-            if is_nearer && self.tissue.agrees(triangle::unit_normal(other.corners(face)), side) {
+            if is_nearer && self.tissue.agrees(self.normal_of_other(face), side) {
                 nearest = Some(found);
             }
             nearest.map_or(f64::INFINITY, |nearest| nearest.distance)
@@ -169,7 +175,7 @@ impl ExitSide<'_> {
         let ClosestPoint { face, foot, .. } = nearest?;
         let way = (foot.point - position).normalize_or_zero();
         let is_on_side = self.tissue.agrees(way, side);
-        let normal = if is_on_side { way } else { triangle::unit_normal(other.corners(face)) };
+        let normal = if is_on_side { way } else { self.normal_of_other(face) };
         Some(NearVertex {
             vertex,
             gap: (position - foot.point).dot(normal),

@@ -9,7 +9,7 @@ use glam::DVec3;
 use kdop::Workspace;
 use scene::{BodyMove, PairId, PairSweep, SweptContact};
 use surface::progress::Interrupted;
-use surface::{Contact, Meeting, parallel, triangles_meet, vertex_normals};
+use surface::{Contact, Meeting, parallel, triangles_meet};
 
 use crate::ResolveError;
 use crate::run::{Run, TOUCHING};
@@ -88,10 +88,7 @@ impl Run<'_> {
     fn outward_normals(&self) -> Vec<DVec3> {
         let mut normals = Vec::with_capacity(self.inverse_masses.len());
         for (tissue, body) in self.tissues.iter().zip(self.scene.bodies()) {
-            let sign = if tissue.is_inside_out() { -1.0 } else { 1.0 };
-            for normal in vertex_normals(tissue.surface.faces(), body.positions()) {
-                normals.push(sign * normal);
-            }
+            normals.extend(tissue.outward_normals(body.positions()));
         }
         normals
     }

@@ -303,8 +303,7 @@ impl Run<'_> {
         }
         let outward = |id: BodyId, point: &FeaturePoint| {
             let tissue = &self.tissues[id.index()];
-            let normal = triangle::unit_normal(self.scene.body(id).corners(point.face));
-            if tissue.is_inside_out() { -normal } else { normal }
+            tissue.orientation() * triangle::unit_normal(self.scene.body(id).corners(point.face))
         };
         (outward(pair.a, p) - outward(pair.b, q)).normalize_or_zero()
     }

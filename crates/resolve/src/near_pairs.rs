@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DVec3;
 use proximity::PairProximity;
-use scene::{BodyId, PairId, PairReport, Scene, VertexReport};
+use scene::{Body, BodyId, PairId, PairReport, Scene, VertexReport};
 use surface::progress::{Interrupted, Progress};
 use surface::{Contact, TriangleSurface, parallel, triangle};
 
@@ -81,7 +81,7 @@ impl NearPair {
                 // Each face with its least corner.
                 for &face in surface.vertex_faces(vertex) {
                     let corners = surface.faces()[face as usize];
-                    let normal = triangle::normal(body.corners(face));
+                    let normal = outer_normal(body, face);
                     let is_opposite = |corner: u32| {
                         normals.get(&corner).is_some_and(|other| other.dot(normal) < 0.0)
                     };
@@ -98,6 +98,12 @@ impl NearPair {
         let PairReport { pair, a_against_b, b_against_a, .. } = &self.report;
         [(pair.a, a_against_b), (pair.b, b_against_a)]
     }
+}
+
+/// Computes the outer normal of a face, twice as long as its area.
+fn outer_normal(body: &Body, face: u32) -> DVec3 {
+    let normal = triangle::normal(body.corners(face));
+    if body.is_inside_out() { -normal } else { normal }
 }
 
 impl NearPairs {

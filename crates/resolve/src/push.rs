@@ -4,7 +4,7 @@ use glam::DVec3;
 use response::{ContactLaw, Margins, SolverMethod, SolverParams};
 use scene::{BodyId, PairReport};
 use surface::progress::{Interrupted, Progress};
-use surface::{Contact, parallel, vertex_normals};
+use surface::{Contact, parallel};
 
 use crate::contact_islands::ContactIslands;
 use crate::count::as_f64;
@@ -74,7 +74,7 @@ impl Run<'_> {
         let bodies = self.scene.bodies();
         parallel::map_mut_costly_first(&mut self.tissues, Tissue::cost, |tissue| {
             let x = bodies[tissue.id.index()].positions();
-            tissue.normals = vertex_normals(tissue.surface.faces(), x);
+            tissue.normals = tissue.outward_normals(x);
             tissue.u.fill(DVec3::ZERO);
             tissue.is_near.fill(false);
         });

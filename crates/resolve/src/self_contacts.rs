@@ -11,7 +11,7 @@ use kdop::{Axis, Workspace};
 use proximity::{ClosestPoint, ContactSurface, NearVertex, SurfaceTree, contact};
 use scene::Body;
 use surface::progress::{Interrupted, Progress};
-use surface::{Contact, ray_crosses_triangle, triangle, vertex_normals};
+use surface::{Contact, ray_crosses_triangle, triangle};
 
 use crate::edge_contacts::self_edge_contacts;
 use crate::tissue::Tissue;
@@ -32,13 +32,8 @@ pub(crate) struct SelfSurface<'a> {
 
 impl<'a> SelfSurface<'a> {
     pub(crate) fn new(tissue: &'a Tissue, tree: &'a SurfaceTree) -> Self {
-        let is_inside_out = tissue.is_inside_out();
-        let orientation = if is_inside_out { -1.0 } else { 1.0 };
-        let mut normals = vertex_normals(tree.surface().faces(), tree.positions().as_slice());
-        for normal in &mut normals {
-            *normal *= orientation;
-        }
-        Self { tissue, tree, normals, orientation }
+        let normals = tissue.outward_normals(tree.positions().as_slice());
+        Self { tissue, tree, normals, orientation: tissue.orientation() }
     }
 
     /// Makes the contacts of a body with itself within a margin: of vertices, then of edges.

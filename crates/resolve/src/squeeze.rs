@@ -89,8 +89,7 @@ impl Run<'_> {
             // The nearest wall on the other side of the body, seen from this wall.
             let foot = nearest.points[rigid];
             let corners = self.scene.body(rigid_id).corners(nearest.faces[rigid]);
-            let normal = triangle::unit_normal(corners);
-            let outward = if wall.is_inside_out() { -normal } else { normal };
+            let outward = wall.orientation() * triangle::unit_normal(corners);
             let room = self.room(rigid_id, foot, outward, thickness, workspace);
             if let Some(room) = room {
                 return Some(Squeeze { room, thickness });

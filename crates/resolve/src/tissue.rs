@@ -29,7 +29,7 @@ pub(crate) struct Tissue {
     pub(crate) surface: Arc<TriangleSurface>,
     /// Positions at the start, |V|.
     pub(crate) rest: Vec<DVec3>,
-    /// Unit normals at rest, |V|.
+    /// Outward unit normals at rest, |V|.
     pub(crate) rest_normals: Vec<DVec3>,
     /// Normals of the faces at rest, twice as long as their areas, |F|.
     pub(crate) rest_face_normals: Vec<DVec3>,
@@ -55,7 +55,7 @@ pub(crate) struct Tissue {
     links: Vec<Vec<Link>>,
     /// Strut of each vertex, |V|: `None` before it is searched, then the result.
     struts: Vec<Option<Option<Strut>>>,
-    /// Unit normals at the start of the present round, |V|.
+    /// Outward unit normals at the start of the present round, |V|.
     pub(crate) normals: Vec<DVec3>,
     /// True for vertices near another body in the present round, |V|.
     pub(crate) is_near: Vec<bool>,
@@ -142,7 +142,7 @@ impl Tissue {
             is_rigid,
             is_held: false,
             rest: x.to_vec(),
-            rest_normals: vertex_normals(surface.faces(), x),
+            rest_normals: Vec::new(),
             rest_face_normals: face_normals(surface.faces(), x),
             normals: Vec::new(),
             areas: vertex_areas(surface.faces(), x),
@@ -168,6 +168,7 @@ impl Tissue {
         if tree.has_inside().is_ok() {
             tissue.volume = Some(tissue.volume_at(x)).filter(|volume| tissue.is_volume(*volume));
         }
+        tissue.rest_normals = tissue.outward_normals(x);
         tissue
     }
 
@@ -183,6 +184,20 @@ impl Tissue {
         self.volume.is_some_and(|volume| volume < 0.0)
     }
 
+    /// Returns the sign by which normals of faces point outward; 1 where the body has no inside.
+    pub(crate) fn orientation(&self) -> f64 {
+        if self.is_inside_out() { -1.0 } else { 1.0 }
+    }
+
+    /// Computes the outward unit normals of the vertices at `x`.
+    pub(crate) fn outward_normals(&self, x: &[DVec3]) -> Vec<DVec3> {
+        let mut normals = vertex_normals(self.surface.faces(), x);
+        for normal in &mut normals {
+            *normal *= self.orientation();
+        }
+        normals
+    }
+
     /// Returns the relative time of work on the body.
     pub(crate) fn cost(&self) -> f64 {
         as_f64(self.rest.len())
@@ -196,8 +211,7 @@ impl Tissue {
 
     /// Returns the outward normal of a vertex at rest; 0 where the body has no inside.
     pub(crate) fn outward(&self, vertex: u32) -> DVec3 {
-        let orientation = self.volume.map_or(0.0, f64::signum);
-        orientation * self.rest_normals[vertex as usize]
+        if self.volume.is_some() { self.rest_normals[vertex as usize] } else { DVec3::ZERO }
     }
 
     /// Returns true if a direction is on one side.
@@ -252,15 +266,18 @@ impl Tissue {
         max_length: f64,
         workspace: &mut Workspace,
     ) {
+        if self.struts[vertex as usize].is_some() {
+            return;
+        }
         let inward = -self.rest_normals[vertex as usize];
         let from = tree.position(vertex);
         // A ray from inside another part of the body would leave by that, and tie both together.
         let is_astray = self.is_inside_itself.get(vertex as usize).is_some_and(|inside| *inside);
-        let find = || match is_astray {
+        let strut = match is_astray {
             true => None,
-            false => Strut::find(tree, from, Some(vertex), inward, max_length, workspace),
+            false => self.find_exit(tree, from, Some(vertex), inward, max_length, workspace),
         };
-        self.struts[vertex as usize].get_or_insert_with(find);
+        self.struts[vertex as usize] = Some(strut);
     }
 
     /// Computes how thick the body at rest is under a vertex; `None` where it is open.
@@ -272,7 +289,7 @@ impl Tissue {
     ) -> Option<f64> {
         let inward = -self.rest_normals[vertex as usize];
         let (from, far) = (at_rest.position(vertex), f64::MAX.sqrt());
-        Some(Strut::find(at_rest, from, Some(vertex), inward, far, workspace)?.length())
+        Some(self.find_exit(at_rest, from, Some(vertex), inward, far, workspace)?.length())
     }
 
     /// Computes how thick the body at rest is under a point of a face, given by the weights of its corners,
@@ -290,8 +307,37 @@ impl Tissue {
         for (corner, weight) in corners.into_iter().zip(weights) {
             from += (weight + OFF_EDGES * (1.0 / 3.0 - weight)) * corner;
         }
-        let (inward, far) = (-triangle::unit_normal(corners), f64::MAX.sqrt());
-        Some(Strut::find(at_rest, from, None, inward, far, workspace)?.length())
+        let inward = -self.orientation() * triangle::unit_normal(corners);
+        let far = f64::MAX.sqrt();
+        Some(self.find_exit(at_rest, from, None, inward, far, workspace)?.length())
+    }
+
+    /// Finds the nearest face at which a ray leaves the body within `max_length`, faces of the `vertex`
+    /// that it starts from left out; `tree` is that of the body.
+    pub(crate) fn find_exit(
+        &self,
+        tree: &SurfaceTree,
+        origin: DVec3,
+        vertex: Option<u32>,
+        direction: DVec3,
+        max_length: f64,
+        workspace: &mut Workspace,
+    ) -> Option<Strut> {
+        // Of the faces that the ray may pass, the nearest one.
+        let bounds = Dop18::from_points(&[origin, origin + max_length * direction]);
+        let mut nearest = (max_length, u32::MAX);
+        let mut strut = None;
+        tree.tree().query(&bounds, workspace, |face| {
+            let corners = tree.surface().faces()[face as usize];
+            let exit = exit(origin, direction, self.orientation(), tree.corners(face));
+            let Some((distance, weights)) = exit else { return };
+            let is_own = vertex.is_some_and(|vertex| corners.contains(&vertex));
+            if (distance, face) < nearest && !is_own {
+                nearest = (distance, face);
+                strut = Some(Strut { corners, weights, stiffness: (distance * distance).recip() });
+            }
+        });
+        strut
     }
 
     /// Returns true if a vertex moves in this round.
@@ -400,33 +446,6 @@ impl Damage {
 }
 
 impl Strut {
-    /// Finds the nearest face at which a ray leaves a body within `max_length`, faces of the `vertex`
-    /// that it starts from left out.
-    pub(crate) fn find(
-        tree: &SurfaceTree,
-        origin: DVec3,
-        vertex: Option<u32>,
-        direction: DVec3,
-        max_length: f64,
-        workspace: &mut Workspace,
-    ) -> Option<Self> {
-        // Of the faces that the ray may pass, the nearest one.
-        let bounds = Dop18::from_points(&[origin, origin + max_length * direction]);
-        let mut nearest = (max_length, u32::MAX);
-        let mut strut = None;
-        tree.tree().query(&bounds, workspace, |face| {
-            let corners = tree.surface().faces()[face as usize];
-            let exit = exit(origin, direction, tree.corners(face));
-            let Some((distance, weights)) = exit else { return };
-            let is_own = vertex.is_some_and(|vertex| corners.contains(&vertex));
-            if (distance, face) < nearest && !is_own {
-                nearest = (distance, face);
-                strut = Some(Self { corners, weights, stiffness: (distance * distance).recip() });
-            }
-        });
-        strut
-    }
-
     /// Returns the length at rest.
     pub(crate) fn length(&self) -> f64 {
         self.stiffness.sqrt().recip()
@@ -457,12 +476,17 @@ fn links(edges: &[[u32; 2]], x: &[DVec3]) -> Vec<Vec<Link>> {
 }
 
 /// Computes the distance at which a ray passes a triangle from behind, and the weights of its
-/// corners there.
-fn exit(origin: DVec3, direction: DVec3, [a, b, c]: [DVec3; 3]) -> Option<(f64, [f64; 3])> {
+/// corners there. The triangle's normal points outward by the sign of `orientation`.
+fn exit(
+    origin: DVec3,
+    direction: DVec3,
+    orientation: f64,
+    [a, b, c]: [DVec3; 3],
+) -> Option<(f64, [f64; 3])> {
     let (ab, ac, to) = (b - a, c - a, origin - a);
     let normal = ab.cross(ac);
     let slope = direction.dot(normal);
-    if slope <= 0.0 {
+    if orientation * slope <= 0.0 {
         return None;
     }
 

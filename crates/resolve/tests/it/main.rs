@@ -5,6 +5,7 @@ mod accepted;
 mod anatomy;
 mod extremes;
 mod gap;
+mod inside_out;
 mod interruption;
 mod knee;
 mod planted;
