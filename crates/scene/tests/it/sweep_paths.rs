@@ -157,7 +157,7 @@ fn slow_contacts(
     ids: &[BodyId],
     paths: &[BodyPath],
     params: &ccd::CcdParams,
-) -> Vec<([u32; 4], f64)> {
+) -> Vec<([u32; 4], f64, bool)> {
     let rest = scene.particle_positions();
     let owner = |particle: u32| {
         ids.iter().position(|id| scene.body(*id).particles().contains(&particle)).expect("a body")
@@ -174,7 +174,8 @@ fn slow_contacts(
         let bounds = ccd::PathBounds { bend, rounding: 256.0 * f64::EPSILON * extent };
         let at = |time: f64| points.map(|particle| place(particle, time));
         let answer = ccd::first_contact_on_paths(primitives, at, bounds, [0.0, 1.0], params);
-        found.extend(answer.expect("finite").map(|contact| (points, contact.lo)));
+        let answer = answer.expect("finite");
+        found.extend(answer.map(|contact| (points, contact.lo, contact.at_start)));
     };
     for (k, a) in ids.iter().enumerate() {
         for b in &ids[k + 1..] {
@@ -196,7 +197,7 @@ fn slow_contacts(
             }
         }
     }
-    found.sort_by_key(|&(points, _)| points);
+    found.sort_by_key(|&(points, ..)| points);
     found
 }
 
@@ -204,7 +205,7 @@ fn slow_contacts(
 /// vertices, edges and faces are found, by the right particles and at the right times.
 #[test]
 fn all_contacts_of_bodies_that_turn_are_those_of_brute_force() {
-    let (mut met, mut pairs) = (0, std::collections::BTreeSet::new());
+    let (mut met, mut started, mut pairs) = (0, 0, std::collections::BTreeSet::new());
     cases(11, 24, |u| {
         let a = shapes::ellipsoid(DVec3::new(4.0, 9.0, 3.0), 0);
         let b = shapes::icosphere(5.0, 0).translated(DVec3::X * 12.0 + vector(u, 4.0)?);
@@ -229,23 +230,25 @@ fn all_contacts_of_bodies_that_turn_are_those_of_brute_force() {
                 for contact in &pair.contacts {
                     let terms = contact.contact.stencil.terms();
                     let points: [u32; 4] = std::array::from_fn(|k| terms[k].particle);
-                    found.push((points, contact.contact.time.expect("a time")));
+                    found.push((points, contact.contact.time.expect("a time"), contact.at_start));
                 }
             }
-            found.sort_by_key(|&(points, _)| points);
+            found.sort_by_key(|&(points, ..)| points);
             let slow = slow_contacts(&scene, &ids, &paths, &params);
-            let features = |list: &[([u32; 4], f64)]| -> Vec<[u32; 4]> {
-                list.iter().map(|(points, _)| *points).collect()
+            let features = |list: &[([u32; 4], f64, bool)]| -> Vec<([u32; 4], bool)> {
+                list.iter().map(|&(points, _, at_start)| (points, at_start)).collect()
             };
             assert_eq!(features(&found), features(&slow));
-            for ((points, time), (_, slow)) in found.iter().zip(&slow) {
+            for ((points, time, at_start), (_, slow, _)) in found.iter().zip(&slow) {
                 assert!((time - slow).abs() < 1e-6, "{points:?}: {time}, {slow} by brute force");
+                started += usize::from(*at_start);
             }
             met += found.len();
         }
         Ok(())
     });
     assert!(met > 100 && pairs.len() == 3, "{met} contacts of {pairs:?}");
+    assert!(started > 0 && started < met, "{started} of {met} at the start");
 }
 
 /// Straight paths are swept as such.
