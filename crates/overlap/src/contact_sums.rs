@@ -38,7 +38,7 @@ pub struct ContactMeasures {
     pub mean_pressure: f64,
     /// Largest pressure at a cell center.
     pub max_pressure: f64,
-    /// Sum of pressure over area, against the normals: the force on this surface.
+    /// Sum of pressure over area, against the outward normals: the force on this surface.
     pub force: DVec3,
     /// Center of the area weighted by pressure; zero without pressure.
     pub center_of_pressure: DVec3,

@@ -265,7 +265,7 @@ impl<'a> Integral<'a> {
     fn over_face(&mut self, candidate: &Candidate<'_>) -> Result<ContactSums, Interrupted> {
         let JointContactParams { margin, resolution, .. } = *self.params;
         let face = self.body.corners(candidate.face);
-        let normal = triangle::unit_normal(face);
+        let normal = outward(self.body, triangle::unit_normal(face));
         let mut sums = ContactSums::default();
 
         let Some(hint) = self.collect_near(face, candidate) else { return Ok(sums) };
@@ -398,7 +398,12 @@ impl<'a> Integral<'a> {
     fn is_behind(&self, point: DVec3, found: &ClosestPoint) -> bool {
         let (surface, positions) = (self.other.surface(), self.other.positions());
         let feature = found.foot.feature;
-        let outward = Pseudonormals::of_feature(surface, positions, found.face, feature);
-        (point - found.foot.point).dot(outward) < 0.0
+        let normal = Pseudonormals::of_feature(surface, positions, found.face, feature);
+        (point - found.foot.point).dot(outward(self.other, normal)) < 0.0
     }
+}
+
+/// Returns a normal of a body's faces so that it points outward.
+fn outward(body: &SurfaceTree, normal: DVec3) -> DVec3 {
+    if body.is_inside_out() { -normal } else { normal }
 }

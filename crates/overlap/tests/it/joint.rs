@@ -35,6 +35,35 @@ fn ground() -> Mesh {
     cube(1.0).scaled(DVec3::new(60.0, 60.0, 20.0)).translated(DVec3::new(0.0, 0.0, -10.0))
 }
 
+/// A condyle pressed into a plateau: areas, gaps and forces are the same whichever way faces look.
+#[test]
+fn faces_that_look_inward_change_no_contact() {
+    let (youngs_modulus, poissons_ratio, thickness) = (5.0, 0.46, 5.0);
+    let law = FoundationLaw::Linear;
+    let layer = ElasticFoundation { youngs_modulus, poissons_ratio, thickness, law };
+    let params = JointContactParams { foundation: Some(layer), ..params(0.5, 0.2) };
+    let condyle = icosphere(20.0, 3).translated(DVec3::new(0.3, 0.2, 19.5));
+    let outward = contact(&condyle, &ground(), &params);
+    assert!(outward[0].total.force.z > 1.0 && outward[1].total.force.z < -1.0, "{outward:?}");
+
+    for turned in [[true, false], [false, true], [true; 2]] {
+        let [femur, tibia] = [(condyle.clone(), turned[0]), (ground(), turned[1])]
+            .map(|(mesh, turned)| if turned { mesh.flipped() } else { mesh });
+        let inward = contact(&femur, &tibia, &params);
+        for (one, other) in outward.iter().zip(&inward) {
+            let [one, other] = [one.total, other.total];
+            assert!(
+                (one.area - other.area).abs() < 1e-6 * one.area,
+                "{turned:?}: {one:?} {other:?}"
+            );
+            assert!((one.min_gap - other.min_gap).abs() < 1e-9, "{turned:?}: {one:?} {other:?}");
+            assert!((one.mean_gap - other.mean_gap).abs() < 1e-9, "{turned:?}: {one:?} {other:?}");
+            let apart = one.force.distance(other.force);
+            assert!(apart < 1e-6 * one.force.length(), "{turned:?}: {one:?} {other:?}");
+        }
+    }
+}
+
 #[test]
 fn a_gap_between_plates_is_contact_within_the_margin_and_none_below_it() {
     let upper = cube(1.0).translated(DVec3::new(0.0, 0.0, 0.6));
