@@ -84,7 +84,9 @@ mod tests {
             x[vertex] += 2.0 * DVec3::X;
             scene.move_body(body, &x).expect("finite");
             BodyMotion::follow(&mut motions, &scene);
-            assert!((motions[0].traveled - expected).abs() < 1e-12, "vertex {vertex}");
+            // Bounds on depths add it: never less than the way, which is exact here.
+            let beyond = motions[0].traveled - expected;
+            assert!((0.0..1e-12).contains(&beyond), "vertex {vertex}: {beyond}");
         }
     }
 }
