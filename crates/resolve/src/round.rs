@@ -122,4 +122,18 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn what_else_is_left_is_no_crossing_of_a_body_with_itself() {
+        let crossing = Round { self_crossings: 2, ..Round::default() };
+        assert!(crossing.only_crosses_itself() && !Round::default().only_crosses_itself());
+        for other in [
+            Round { overlapping_pairs: 1, ..crossing },
+            Round { touching_faces: 1, ..crossing },
+            Round { flipped_faces: 1, ..crossing },
+            Round { max_depth: 0.1, ..crossing },
+        ] {
+            assert!(!other.only_crosses_itself(), "{other:?}");
+        }
+    }
 }
