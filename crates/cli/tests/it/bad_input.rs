@@ -88,7 +88,9 @@ fn every_mistake_is_named_and_leaves_nothing_behind() {
         (&["points.obj"], &["points.obj: has 2 vertices and no faces"]),
         (
             &["notes.txt"],
-            &["notes.txt: unknown format: expected PLY, OBJ, OFF, STL, VTP, VTU, VTK, MSH, INP or FEB"],
+            &[
+                "notes.txt: unknown format: expected PLY, OBJ, OFF, STL, VTP, VTU, VTK, MSH, INP or FEB",
+            ],
         ),
         (&["good.obj", "good.ply"], &["two bodies are named 'good'", "good.obj", "good.ply"]),
         (&["good.obj", "--rigid", "tibia"], &["no body is named 'tibia': the bodies are good"]),
