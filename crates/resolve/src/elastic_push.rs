@@ -233,6 +233,7 @@ mod tests {
     use surface::progress::Progress;
 
     use super::*;
+    use crate::exempt::Exempt;
     use crate::tissue::Tissue;
     use crate::{Conditions, ResolveParams};
 
@@ -256,7 +257,8 @@ mod tests {
         let (mut scene, conditions) = (crossed_ridges(), Conditions::default());
         let params = ResolveParams::with_smoothing(6.0);
         let mut run =
-            Run::new(&mut scene, params, &conditions, &[], None, Progress::none()).expect("a run");
+            Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none())
+                .expect("a run");
         assert!(run.rounds[0].crossing_faces > 0 && run.rounds[0].max_depth > 0.1);
         for round in 1..6 {
             run.push_elastically().expect("displacements");
@@ -271,7 +273,8 @@ mod tests {
         let (mut scene, conditions) = (crossed_ridges(), Conditions::default());
         let params = ResolveParams::with_smoothing(6.0);
         let mut run =
-            Run::new(&mut scene, params, &conditions, &[], None, Progress::none()).expect("a run");
+            Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none())
+                .expect("a run");
         let at_rest = run.displacements();
         let steps = vec![DVec3::new(2.0, 1.0, 2.0); at_rest.len()];
         for (is_warm, longest) in [(false, 1.5), (true, 0.9)] {

@@ -24,7 +24,7 @@ pub(crate) const MAX_HOLD_PASSES: usize = 8;
 
 impl Run<'_> {
     /// Moves soft bodies by the displacements of all particles, as far as nothing meets and no
-    /// body leaves its limits; returns which bodies moved. Pairs that cross already are not regarded.
+    /// body leaves its limits; returns which bodies moved. Pairs that cross already, or are exempt, are not regarded.
     pub(crate) fn move_freely(
         &mut self,
         displacements: &[DVec3],
@@ -123,7 +123,8 @@ impl Run<'_> {
         let is_wanted = |pair: PairId| {
             let has_changed = changed[pair.a.index()] || changed[pair.b.index()];
             let moves = ends[pair.a.index()].is_some() || ends[pair.b.index()].is_some();
-            has_changed && moves && !crossing.contains(&pair)
+            let is_left = crossing.contains(&pair) || self.exempt_pairs.contains(&pair);
+            has_changed && moves && !is_left
         };
         let progress = self.round_progress();
         let report = self.scene.sweep_among(&moves, &CcdParams::DEFAULT, is_wanted, progress)?;
@@ -234,6 +235,7 @@ mod tests {
     use surface::progress::Progress;
 
     use super::*;
+    use crate::exempt::Exempt;
     use crate::test_scenes::bone_and_muscle;
     use crate::{Conditions, ResolveParams};
 
@@ -248,7 +250,7 @@ mod tests {
     fn a_block_that_rests_on_a_plate_moves_off_and_not_into_it() {
         let (mut scene, conditions) = (resting_block(DVec3::ZERO), Conditions::default());
         let params = ResolveParams { gap: 0.1, ..ResolveParams::with_smoothing(6.0) };
-        let run = Run::new(&mut scene, params, &conditions, &[], None, Progress::none());
+        let run = Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none());
         let mut run = run.expect("a run");
         for (step, lowest) in [(-0.05, 0.0), (0.25, 0.25)] {
             let first = run.scene.bodies()[1].particles().start as usize;
@@ -273,7 +275,7 @@ mod tests {
         let at_first = block.positions.clone();
         let mut scene = bone_and_muscle(plate, block);
         let (params, conditions) = (ResolveParams::with_smoothing(6.0), Conditions::default());
-        let run = Run::new(&mut scene, params, &conditions, &[], None, Progress::none());
+        let run = Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none());
         let mut run = run.expect("a run");
 
         // The tip meets several faces and edges after two thirds of the step; what is far from it meets nothing.

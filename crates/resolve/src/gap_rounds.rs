@@ -135,8 +135,8 @@ impl Run<'_> {
         self.near.overlapping().map(|near| near.report.pair).collect()
     }
 
-    /// Lists the near features of all pairs that can be moved apart, in the order of the bodies. Pairs
-    /// of which neither body has moved keep theirs.
+    /// Lists the near features of all pairs that can be moved apart, in the order of the bodies, without those
+    /// that are exempt or cross. Pairs of which neither body has moved keep theirs.
     pub(crate) fn update_features(
         &mut self,
         near: &mut Vec<PairFeatures>,
@@ -148,7 +148,8 @@ impl Run<'_> {
         near.retain(|pair| !has_moved(pair.id));
         let mut pairs = self.scene.close_pairs(max_distance)?;
         self.scene.fit_all()?;
-        pairs.retain(|&pair| has_moved(pair) && self.can_open(pair) && !crossing.contains(&pair));
+        let is_left = |pair| crossing.contains(&pair) || self.exempt_pairs.contains(&pair);
+        pairs.retain(|&pair| has_moved(pair) && self.can_open(pair) && !is_left(pair));
 
         let scene = &*self.scene;
         let find = |workspace: &mut Workspace, &id: &PairId| {
@@ -402,6 +403,7 @@ mod tests {
     use surface::progress::Progress;
 
     use super::*;
+    use crate::exempt::Exempt;
     use crate::{Conditions, ResolveParams, Tie};
 
     /// Rounding to single precision would let what came out of a tied body cross it again.
@@ -423,7 +425,8 @@ mod tests {
                 precision: WrittenPrecision::Single,
                 ..ResolveParams::with_smoothing(6.0)
             };
-            let run = Run::new(&mut scene, params, &conditions, &[], None, Progress::none());
+            let run =
+                Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none());
             let target = run.expect("a run").tied_target(pair);
             assert_eq!(target > 700.0 * f64::from(f32::EPSILON), overlaps, "{target}");
         }

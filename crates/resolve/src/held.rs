@@ -1,13 +1,36 @@
-//! Bodies that leave their limits, which are held where they were, so that all others come free.
+//! What would hold up all others: pairs that no push takes apart, which are left as they are, and bodies that
+//! leave their limits, which are held where they were.
 
 use glam::DVec3;
 use scene::{BodyId, PairId, Scene};
 use surface::progress::Progress;
 
+use crate::exempt::Exempt;
 use crate::resolver::{move_soft_bodies, soft_positions};
 use crate::{BrokenLimit, GapObstacle, Obstacle, Resolution, ResolveError, Resolver};
 
 impl Resolver {
+    /// Removes overlaps with the pairs left as they are that an end names as having no side to be pushed to, if that
+    /// leaves less; `exempt` has these pairs then.
+    pub(crate) fn leave_sideless(
+        &mut self,
+        scene: &mut Scene,
+        end: Resolution,
+        rest: &[Vec<DVec3>],
+        exempt: &mut Exempt,
+        progress: Progress<'_>,
+    ) -> Result<Resolution, ResolveError> {
+        let sideless = Exempt { pairs: end.sideless_pairs(), ..Exempt::NONE };
+        if sideless.pairs.is_empty() || !end.is_left_without(&sideless) {
+            return Ok(end);
+        }
+        let (end, is_better) = self.exempting(scene, end, rest, &sideless, progress)?;
+        if is_better {
+            *exempt = sideless;
+        }
+        Ok(end)
+    }
+
     /// Removes overlaps with the bodies held that left their limits, which would else hold up all others;
     /// again as long as other bodies leave theirs, and less is left.
     pub(crate) fn hold_broken(
@@ -15,29 +38,44 @@ impl Resolver {
         scene: &mut Scene,
         mut resolution: Resolution,
         rest: &[Vec<DVec3>],
+        mut exempt: Exempt,
         progress: Progress<'_>,
     ) -> Result<Resolution, ResolveError> {
-        let mut held = Vec::new();
-        while !self.params.keep_going
-            && resolution.add_broken_bodies(&mut held)
-            && resolution.is_left_without(&held)
+        let mut is_better = true;
+        while is_better
+            && !self.params.keep_going
+            && resolution.add_broken_bodies(&mut exempt.bodies)
+            && resolution.is_left_without(&exempt)
         {
-            let (last_carried, last_end) =
-                (std::mem::take(&mut self.carried), soft_positions(scene));
-            move_soft_bodies(scene, rest)?;
-            let before = Some(&resolution.before[..]);
-            let mut next = self.attempt(self.params, scene, &[], &held, before, progress)?;
-            if next.left() >= resolution.left() {
-                self.carried = last_carried;
-                move_soft_bodies(scene, &last_end)?;
-                return Ok(resolution);
-            }
-            if !next.resolved {
-                next.add_held(&held, resolution.broken_limits);
-            }
-            resolution = next;
+            (resolution, is_better) = self.exempting(scene, resolution, rest, &exempt, progress)?;
         }
         Ok(resolution)
+    }
+
+    /// Removes overlaps with some bodies held and pairs left as they are; takes the scene back to an earlier end, and
+    /// returns that one, where no less is left. Returns true if less is.
+    fn exempting(
+        &mut self,
+        scene: &mut Scene,
+        end: Resolution,
+        rest: &[Vec<DVec3>],
+        exempt: &Exempt,
+        progress: Progress<'_>,
+    ) -> Result<(Resolution, bool), ResolveError> {
+        let (last_carried, last_end) = (std::mem::take(&mut self.carried), soft_positions(scene));
+        move_soft_bodies(scene, rest)?;
+        let before = Some(&end.before[..]);
+        let mut next = self.attempt(self.params, scene, &[], exempt, before, progress)?;
+        if next.left() >= end.left() {
+            self.carried = last_carried;
+            move_soft_bodies(scene, &last_end)?;
+            return Ok((end, false));
+        }
+        next.name_exempt(exempt, &end);
+        if !next.resolved && !exempt.bodies.is_empty() {
+            next.broken_limits.splice(0..0, end.broken_limits);
+        }
+        Ok((next, true))
     }
 }
 
@@ -45,6 +83,17 @@ impl Resolution {
     /// Counts the pairs that overlap or are nearer than the gap.
     pub(crate) fn left(&self) -> usize {
         self.remaining.len() + self.gap.short.len()
+    }
+
+    /// Lists the pairs that are left for want of a side to be pushed to.
+    fn sideless_pairs(&self) -> Vec<PairId> {
+        let mut pairs = Vec::new();
+        for left in &self.remaining {
+            if left.obstacle.is_sideless() {
+                pairs.push(left.pair);
+            }
+        }
+        pairs
     }
 
     /// Adds the bodies that are beyond their limits to `held`; returns true if it did not have them all.
@@ -58,29 +107,40 @@ impl Resolution {
         held.len() > before
     }
 
-    /// Returns true if a pair is left of bodies that are not held, one of which may move.
-    fn is_left_without(&self, held: &[BodyId]) -> bool {
-        let is_other = |pair: PairId| pair.bodies().iter().all(|body| !held.contains(body));
+    /// Returns true if a pair is left that is not exempt, nor of bodies that are, and one of which may move.
+    pub(crate) fn is_left_without(&self, exempt: &Exempt) -> bool {
         let mut is_left = false;
         for left in &self.remaining {
-            is_left |= is_other(left.pair) && left.obstacle != Obstacle::BothRigid;
+            is_left |= !exempt.concerns(left.pair) && left.obstacle != Obstacle::BothRigid;
         }
         for short in &self.gap.short {
-            is_left |= is_other(short.pair) && short.obstacle != GapObstacle::BothRigid;
+            is_left |= !exempt.concerns(short.pair) && short.obstacle != GapObstacle::BothRigid;
         }
         is_left
     }
 
-    /// Adds what held bodies break where they are not held, and names that where their pairs are left.
-    fn add_held(&mut self, held: &[BodyId], broken: Vec<BrokenLimit>) {
+    /// Names why exempt pairs are left, as the end does that they were in before: pairs by their own obstacle, those
+    /// of held bodies by the limits that these break where they are not held.
+    pub(crate) fn name_exempt(&mut self, exempt: &Exempt, before: &Self) {
         for left in &mut self.remaining {
-            if matches!(left.obstacle, Obstacle::Squeezed { .. }) {
-                continue;
-            }
-            if left.pair.bodies().iter().any(|body| held.contains(body)) {
+            if exempt.pairs.contains(&left.pair) {
+                let mut known = before.remaining.iter();
+                if let Some(known) = known.find(|known| known.pair == left.pair) {
+                    left.obstacle = known.obstacle;
+                }
+            } else if !self.resolved
+                && exempt.concerns(left.pair)
+                && !matches!(left.obstacle, Obstacle::Squeezed { .. })
+            {
                 left.obstacle = Obstacle::Limits;
             }
         }
-        self.broken_limits.splice(0..0, broken);
+    }
+}
+
+impl Obstacle {
+    /// Returns true if no push has a side to take a pair to.
+    fn is_sideless(self) -> bool {
+        matches!(self, Self::Enclosed | Self::Pierced | Self::NearlyCoincident)
     }
 }

@@ -52,6 +52,7 @@ mod elastic;
 mod elastic_part;
 mod elastic_push;
 mod error;
+mod exempt;
 mod exit_patches;
 mod exit_sides;
 mod free_step;

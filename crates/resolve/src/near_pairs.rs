@@ -12,6 +12,7 @@ use surface::{Contact, TriangleSurface, parallel, triangle};
 use crate::ResolveError;
 use crate::count::as_f64;
 use crate::edge_contacts::edge_contacts;
+use crate::exempt::Exempt;
 use crate::tissue::fitted_tree;
 
 /// Pairs of bodies within the detection margin, of which one can move, in the order of the bodies.
@@ -20,6 +21,8 @@ pub(crate) struct NearPairs {
     pairs: Vec<NearPair>,
     /// True for bodies that can move.
     can_move: Vec<bool>,
+    /// Pairs that are left as they are.
+    exempt: Vec<PairId>,
 }
 
 /// Pair of bodies within the detection margin.
@@ -56,6 +59,11 @@ impl NearPair {
             depth = depth.max(-contact.gap);
         }
         depth
+    }
+
+    /// Computes the depth of the overlap that a report describes, of vertices or of edges.
+    pub(crate) fn depth_of(scene: &Scene, report: &PairReport) -> f64 {
+        Self { report: report.clone(), edges: edge_contacts(scene, report) }.depth()
     }
 
     /// Returns the relative time of work on all that is near.
@@ -107,10 +115,11 @@ fn outer_normal(body: &Body, face: u32) -> DVec3 {
 }
 
 impl NearPairs {
-    /// Returns no pairs, of bodies of which those that are neither rigid nor `held` can move.
-    pub(crate) fn new(scene: &Scene, held: &[BodyId]) -> Self {
-        let can_move = |id: BodyId| !scene.body(id).is_rigid() && !held.contains(&id);
-        Self { pairs: Vec::new(), can_move: scene.ids().map(can_move).collect() }
+    /// Returns no pairs, of bodies of which those that are neither rigid nor `exempt` can move.
+    pub(crate) fn new(scene: &Scene, exempt: &Exempt) -> Self {
+        let can_move = |id: BodyId| !scene.body(id).is_rigid() && !exempt.bodies.contains(&id);
+        let can_move = scene.ids().map(can_move).collect();
+        Self { pairs: Vec::new(), can_move, exempt: exempt.pairs.clone() }
     }
 
     /// Takes over the reports of all pairs at a margin. Pairs of which they do not tell whether anything
@@ -122,10 +131,9 @@ impl NearPairs {
         margin: f64,
         progress: Progress<'_>,
     ) -> Result<(), Interrupted> {
-        let can_move = |id: BodyId| self.can_move[id.index()];
         let mut known = Vec::new();
         for report in reports {
-            if report.pair.bodies().into_iter().any(can_move) {
+            if self.is_wanted(report.pair) {
                 known.push(report);
             }
         }
@@ -143,6 +151,12 @@ impl NearPairs {
         self.pairs = near?.into_iter().flatten().collect();
         self.pairs.sort_unstable_by_key(|pair| pair.report.pair);
         Ok(())
+    }
+
+    /// Returns true if a body of a pair can move, and the pair is not exempt.
+    fn is_wanted(&self, pair: PairId) -> bool {
+        let can_move = pair.bodies().iter().any(|body| self.can_move[body.index()]);
+        can_move && !self.exempt.contains(&pair)
     }
 
     /// Returns the pairs, in the order of the bodies.
@@ -192,8 +206,7 @@ impl NearPairs {
         // Pairs within the margin of which a body has moved.
         scene.fit_all()?;
         let mut stale = scene.close_pairs(margin)?;
-        let can_move = |id: BodyId| self.can_move[id.index()];
-        stale.retain(|&pair| has_moved(pair) && pair.bodies().into_iter().any(can_move));
+        stale.retain(|&pair| has_moved(pair) && self.is_wanted(pair));
 
         // In the order of the bodies, whatever thread was first.
         let scene = &*scene;
@@ -240,7 +253,7 @@ mod tests {
         }
         let (margin, none) = (1.0, Progress::none());
         let reports = check(&mut scene, margin, 0.1, none).expect("reports");
-        let [mut known, mut detected] = [NearPairs::new(&scene, &[]), NearPairs::new(&scene, &[])];
+        let [mut known, mut detected] = [(), ()].map(|()| NearPairs::new(&scene, &Exempt::NONE));
         known.adopt(&scene, &reports, margin, none).expect("pairs");
         detected.update(&mut scene, margin, &[true; 7], none).expect("pairs");
         assert!(known.pairs.len() > 9 && known.overlapping().count() > 2, "{}", known.pairs.len());

@@ -266,12 +266,13 @@ pub struct Resolution {
 impl Remaining {
     /// Lists the pairs that still overlap, the deepest first.
     ///
-    /// `after` has the measures of overlaps; `near` are the pairs as rounds see them, which ended
-    /// for the reason of `standstill`.
+    /// `after` has the measures of overlaps; `near` are the pairs as rounds see them, without those that are
+    /// `exempt`, which ended for the reason of `standstill`.
     pub(crate) fn list(
         scene: &Scene,
         after: &[PairReport],
         near: &NearPairs,
+        exempt: &[PairId],
         before: &[PairReport],
         standstill: Obstacle,
     ) -> Vec<Self> {
@@ -282,11 +283,12 @@ impl Remaining {
             }
             let pushed = near.overlapping().find(|near| near.report.pair == report.pair);
             let PairId { a, b, .. } = report.pair;
+            let is_unknown = pushed.is_none() && !exempt.contains(&report.pair);
             let obstacle = if scene.body(a).is_rigid() && scene.body(b).is_rigid() {
                 Obstacle::BothRigid
-            } else if pushed.is_none() && !report.crossing_faces.is_empty() {
+            } else if is_unknown && !report.crossing_faces.is_empty() {
                 Obstacle::Rounding
-            } else if pushed.is_none() {
+            } else if is_unknown {
                 Obstacle::Coincident
             } else if is_enclosed(scene, report) {
                 Obstacle::Enclosed
@@ -296,7 +298,7 @@ impl Remaining {
                 standstill
             };
 
-            let edge_depth = pushed.map_or(0.0, NearPair::depth);
+            let edge_depth = if is_unknown { 0.0 } else { NearPair::depth_of(scene, report) };
             let of_edges = DepthBracket { lower: edge_depth, upper: edge_depth };
             remaining.push(Self {
                 pair: report.pair,
@@ -313,10 +315,11 @@ impl Remaining {
     /// Returns true if the pair may be left as it is.
     ///
     /// A pair that did not overlap at the start may not. Nor may one whose edges cross too
-    /// steeply for a depth, or whose surfaces coincide: their distance does not show what they share.
+    /// steeply for a depth, or whose surfaces coincide or nearly do: their distance does not show what they share.
     pub(crate) fn is_within(&self, tolerance: f64) -> bool {
         let DepthBracket { upper, .. } = self.depth;
-        let has_depth = upper > 0.0 && self.obstacle != Obstacle::Coincident;
+        let coincides = matches!(self.obstacle, Obstacle::Coincident | Obstacle::NearlyCoincident);
+        let has_depth = upper > 0.0 && !coincides;
         self.at_first && has_depth && upper <= tolerance
     }
 }

@@ -1,12 +1,13 @@
 //! Overlap removal of one state, or of one state after another.
 
 use glam::DVec3;
-use scene::{BodyId, PairReport, Scene};
+use scene::{PairReport, Scene};
 use surface::progress::Progress;
 
+use crate::exempt::Exempt;
 use crate::run::Run;
 use crate::warm_start::{LocalDisplacements, fits};
-use crate::{Conditions, GapObstacle, Obstacle, Resolution, ResolveError, ResolveParams};
+use crate::{Conditions, Obstacle, Resolution, ResolveError, ResolveParams};
 
 /// Factor on the smoothing length of a start after one that was the same but for it. Near 1, both lead
 /// to the same end; above, more tissue moves than was asked for.
@@ -90,6 +91,8 @@ impl Resolver {
     /// end, the state is pushed apart by itself, with displacements that fade over its deepest overlap at least.
     /// Where that leads to none either, and where it was by itself before, it is again, with displacements that
     /// fade over half as much again each time, until that is one and a half times its deepest overlap.
+    /// Before all that, pairs that no push has a side to take to, as one body in another, are left as they are,
+    /// where they hold up others.
     ///
     /// # Errors
     ///
@@ -109,12 +112,16 @@ impl Resolver {
             carried.clear();
         }
         let rest = soft_positions(scene);
-        let mut end = self.attempt(self.params, scene, &carried, &[], None, progress)?;
+        let mut exempt = Exempt::NONE;
+        let mut end = self.attempt(self.params, scene, &carried, &exempt, None, progress)?;
+        end = self.leave_sideless(scene, end, &rest, &mut exempt, progress)?;
         if may_be_better(&end) {
+            // Longer pushes may also take apart what has no side to be pushed to, where nothing else is left.
             let further = self.longer_pushes(&end, carried.is_empty());
-            end = self.start_again(further, scene, end, &rest, progress)?;
+            let kept = if end.is_left_without(&exempt) { &exempt } else { &Exempt::NONE };
+            end = self.start_again(further, scene, end, &rest, kept, progress)?;
         }
-        self.hold_broken(scene, end, &rest, progress)
+        self.hold_broken(scene, end, &rest, exempt, progress)
     }
 
     /// Starts from the state by itself by other parameters, as long as an end may be better; takes the scene to the
@@ -125,6 +132,7 @@ impl Resolver {
         scene: &mut Scene,
         first: Resolution,
         rest: &[Vec<DVec3>],
+        exempt: &Exempt,
         progress: Progress<'_>,
     ) -> Result<Resolution, ResolveError> {
         let mut best = first;
@@ -133,7 +141,8 @@ impl Resolver {
         for params in further {
             move_soft_bodies(scene, rest)?;
             let before = (params == self.params).then_some(&best.before[..]);
-            let end = self.attempt(params, scene, &[], &[], before, progress)?;
+            let mut end = self.attempt(params, scene, &[], exempt, before, progress)?;
+            end.name_exempt(exempt, &best);
             let is_last = !may_be_better(&end);
             if is_last || end.left() < best.left() {
                 best = end;
@@ -170,18 +179,18 @@ impl Resolver {
         lengths.map(|smoothing| ResolveParams { smoothing, ..self.params }).collect()
     }
 
-    /// Removes overlaps by some parameters from one start, with some bodies held, and keeps the displacements
+    /// Removes overlaps by some parameters from one start, with some bodies and pairs left as they are, and keeps the displacements
     /// to carry on. `before` are the overlaps without any displacement, where they are known.
     pub(crate) fn attempt(
         &mut self,
         params: ResolveParams,
         scene: &mut Scene,
         carried: &[LocalDisplacements],
-        held: &[BodyId],
+        exempt: &Exempt,
         before: Option<&[PairReport]>,
         progress: Progress<'_>,
     ) -> Result<Resolution, ResolveError> {
-        let mut run = Run::new(scene, params, &self.conditions, held, before, progress)?;
+        let mut run = Run::new(scene, params, &self.conditions, exempt, before, progress)?;
         run.allowed_displacement = self.params.smoothing;
         let result = run.warm_start(carried).and_then(|()| run.complete());
         match &result {
@@ -195,15 +204,9 @@ impl Resolver {
 /// Returns true if something is left that another start might change: more than what is between rigid
 /// bodies.
 fn may_be_better(resolution: &Resolution) -> bool {
-    let Resolution { remaining, gap, broken_limits, self_overlaps, .. } = resolution;
-    let mut is_soft = !broken_limits.is_empty() || !self_overlaps.is_empty();
-    for left in remaining {
-        is_soft |= left.obstacle != Obstacle::BothRigid;
-    }
-    for short in &gap.short {
-        is_soft |= short.obstacle != GapObstacle::BothRigid;
-    }
-    !resolution.resolved && is_soft
+    let Resolution { broken_limits, self_overlaps, .. } = resolution;
+    let is_broken = !broken_limits.is_empty() || !self_overlaps.is_empty();
+    !resolution.resolved && (is_broken || resolution.is_left_without(&Exempt::NONE))
 }
 
 /// Returns the positions of all soft bodies, with none for rigid ones.

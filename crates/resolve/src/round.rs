@@ -7,7 +7,8 @@ use crate::count::as_f64;
 use crate::near_pairs::NearPairs;
 use crate::tissue::Damage;
 
-/// State of a scene at the start or after a round, pairs of two rigid bodies left out.
+/// State of a scene at the start or after a round, without pairs of two rigid bodies, and those that are left as
+/// they are since no push has a side to take them to.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Round {

@@ -5,12 +5,13 @@ use std::collections::{BTreeMap, VecDeque};
 use glam::DVec3;
 use proximity::SurfaceTree;
 use response::ParameterError;
-use scene::{BodyId, BodyMove, CheckParams, DepthBracket, PairId, PairOverlap, PairReport, Scene};
+use scene::{BodyMove, CheckParams, DepthBracket, PairId, PairOverlap, PairReport, Scene};
 use surface::parallel;
 use surface::progress::{Interrupted, Progress};
 
 use crate::conditions::TieBond;
 use crate::elastic::GapRow;
+use crate::exempt::Exempt;
 use crate::exit_sides::ExitMemory;
 use crate::near_pairs::{NearPair, NearPairs};
 use crate::params::tolerance_of;
@@ -45,6 +46,8 @@ pub(crate) struct Run<'a> {
     /// Others that share faces there, ascending.
     touching_at_first: Vec<PairId>,
     pub(crate) near: NearPairs,
+    /// Pairs that are left as they are.
+    pub(crate) exempt_pairs: Vec<PairId>,
     pub(crate) rounds: Vec<Round>,
     /// Number of the best round.
     best: usize,
@@ -84,13 +87,13 @@ pub(crate) struct AcceptedState {
 }
 
 impl<'a> Run<'a> {
-    /// Detects all overlaps at the start, unless they are known from `before`. Bodies that are `held`
-    /// stay there.
+    /// Detects all overlaps at the start, unless they are known from `before`. Bodies that are `exempt`
+    /// stay there, and pairs are left as they are.
     pub(crate) fn new(
         scene: &'a mut Scene,
         params: ResolveParams,
         conditions: &Conditions,
-        held: &[BodyId],
+        exempt: &Exempt,
         before: Option<&[PairReport]>,
         progress: Progress<'a>,
     ) -> Result<Self, ResolveError> {
@@ -113,7 +116,7 @@ impl<'a> Run<'a> {
             None => check(scene, margin, params.tolerance, start)?,
         };
         scene.fit_all()?;
-        let mut near = NearPairs::new(scene, held);
+        let mut near = NearPairs::new(scene, exempt);
         near.adopt(scene, &before, margin, start)?;
 
         // Tissues at rest, and the masses by which they share overlaps.
@@ -122,7 +125,7 @@ impl<'a> Run<'a> {
         conditions.stiffen(scene, &mut tissues)?;
         conditions.keep_unrounded(scene, &mut tissues)?;
         for tissue in &mut tissues {
-            tissue.is_held = held.contains(&tissue.id);
+            tissue.is_held = exempt.bodies.contains(&tissue.id);
         }
         conditions.uncross(scene, &mut tissues, start)?;
         let tied = conditions.tied_pairs();
@@ -147,6 +150,7 @@ impl<'a> Run<'a> {
             at_first: Vec::new(),
             touching_at_first: Vec::new(),
             near,
+            exempt_pairs: exempt.pairs.clone(),
             rounds: Vec::new(),
             best: 0,
             stalled_rounds: 0,
@@ -236,8 +240,8 @@ impl<'a> Run<'a> {
             Obstacle::Rounds
         };
         let self_overlaps = self.self_overlaps()?;
-        let (near, before) = (&self.near, &self.before);
-        let mut remaining = Remaining::list(self.scene, &after, near, before, standstill);
+        let (near, exempt, before) = (&self.near, &self.exempt_pairs, &self.before);
+        let mut remaining = Remaining::list(self.scene, &after, near, exempt, before, standstill);
         self.name_standstills(&mut remaining, &after, standstill);
         Ok(Resolution {
             resolved: gap.holds()

@@ -127,6 +127,7 @@ mod tests {
     use surface::progress::Progress;
 
     use super::*;
+    use crate::exempt::Exempt;
     use crate::test_scenes::bone_and_muscle;
     use crate::{Conditions, ResolveParams};
 
@@ -138,7 +139,7 @@ mod tests {
         let mut x = muscle.positions.clone();
         let mut scene = bone_and_muscle(bone, muscle);
         let (params, conditions) = (ResolveParams::with_smoothing(6.0), Conditions::default());
-        let run = Run::new(&mut scene, params, &conditions, &[], None, Progress::none());
+        let run = Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none());
         let mut run = run.expect("a run");
         for x in x.iter_mut().filter(|x| x.z > 0.0 && x.truncate().length() < 3.0) {
             x.z -= 4.2;
@@ -174,7 +175,7 @@ mod tests {
             max_strain: 100.0,
             ..ResolveParams::with_smoothing(6.0)
         };
-        let run = Run::new(&mut scene, params, &conditions, &[], None, Progress::none());
+        let run = Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none());
         let mut run = run.expect("a run");
         run.move_soft(|_, _| Some(x.clone())).expect("positions");
         run.record().expect("a round");

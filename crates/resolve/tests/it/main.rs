@@ -10,6 +10,7 @@ mod interruption;
 mod knee;
 mod planted;
 mod self_contact;
+mod set_aside;
 mod thigh;
 
 use fixtures::Mesh;
