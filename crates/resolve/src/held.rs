@@ -1,5 +1,5 @@
-//! What would hold up all others: pairs that no push takes apart, which are left as they are, and bodies that
-//! leave their limits, which are held where they were.
+//! Pairs and bodies that would hold up all others: pairs that no push takes apart are left as they are, and
+//! bodies that leave their limits are held where they were.
 
 use glam::DVec3;
 use scene::{BodyId, PairId, Scene};
