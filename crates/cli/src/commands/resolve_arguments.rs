@@ -1,7 +1,7 @@
 //! Arguments of overlap removal, shared by the commands that do it.
 
 use clap::Args;
-use musculo_collide::{CheckParams, ResolveParams};
+use musculo_collide::{CheckParams, PairReport, ResolveParams};
 
 use crate::failure::Failure;
 use crate::load::LoadedScene;
@@ -16,7 +16,7 @@ pub(super) struct ResolveArgs {
     gap: Option<f64>,
 
     /// Length along a surface over which a push fades, in the scene's unit [default: the depth of
-    /// the deepest vertex, and at least 3/2 of the mean edge of the soft bodies]
+    /// the deepest vertex of bodies that cross, and at least 3/2 of the mean edge of the soft bodies]
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     smooth: Option<f64>,
 
@@ -71,9 +71,61 @@ impl ResolveArgs {
     }
 }
 
-/// Returns the depth of the deepest vertex of the scene.
+/// Returns the depth of the deepest vertex of bodies that cross; of bodies in others, where none do.
 fn deepest_vertex(loaded: &mut LoadedScene) -> Result<f64, Failure> {
     let params = CheckParams::without_measures(0.0);
     let reports = Phase::run("finding overlaps", |progress| loaded.scene.check(&params, progress))?;
-    Ok(reports.iter().map(|report| report.max_vertex_depth).fold(0.0, f64::max))
+    Ok(depth_to_push(&reports))
+}
+
+/// Returns the depth of the deepest vertex by which pushes are measured. The depth of a body that is wholly inside
+/// another, as in a skin, is not how far others are to come.
+fn depth_to_push(reports: &[PairReport]) -> f64 {
+    let (mut crossing, mut enclosed) = (None, 0.0_f64);
+    for report in reports {
+        if report.crossing_faces.is_empty() {
+            enclosed = enclosed.max(report.max_vertex_depth);
+        } else {
+            crossing = Some(report.max_vertex_depth.max(crossing.unwrap_or(0.0)));
+        }
+    }
+    crossing.unwrap_or(enclosed)
+}
+
+#[cfg(test)]
+mod tests {
+    use fixtures::shapes;
+    use musculo_collide::glam::DVec3;
+    use musculo_collide::{BodyKind, Progress, Scene};
+
+    use super::*;
+
+    #[test]
+    fn bodies_in_a_skin_are_pushed_by_the_depth_in_each_other() {
+        let ball =
+            |radius: f64, x: f64| shapes::icosphere(radius, 3).translated(DVec3::new(x, 0.1, 0.2));
+        let bodies =
+            [("bone", ball(10.0, 0.0)), ("muscle", ball(10.0, 19.0)), ("skin", ball(60.0, 0.0))];
+        let mut scene = Scene::new();
+        let mut depths = Vec::new();
+        for (name, mesh) in bodies {
+            scene.add(name, BodyKind::Deformable, mesh.surface(), mesh.positions).expect("a body");
+            let reports = scene.check(&CheckParams::without_measures(0.0), Progress::none());
+            depths.push(depth_to_push(&reports.expect("reports")));
+        }
+        assert!(depths[0] == 0.0 && (0.5..1.1).contains(&depths[1]), "{depths:?}");
+        assert_eq!(depths[2].to_bits(), depths[1].to_bits(), "{depths:?}");
+    }
+
+    #[test]
+    fn a_body_in_another_alone_is_pushed_by_its_depth() {
+        let mut scene = Scene::new();
+        for (name, radius) in [("inner", 5.0), ("outer", 20.0)] {
+            let mesh = shapes::icosphere(radius, 3);
+            scene.add(name, BodyKind::Deformable, mesh.surface(), mesh.positions).expect("a body");
+        }
+        let reports = scene.check(&CheckParams::without_measures(0.0), Progress::none());
+        let depth = depth_to_push(&reports.expect("reports"));
+        assert!((14.0..20.0).contains(&depth), "{depth}");
+    }
 }
