@@ -45,11 +45,11 @@ fn every_poll_can_end_generation() {
 fn reported(call: impl Fn(Progress<'_>)) -> Vec<f64> {
     let fractions = Mutex::new(Vec::new());
     let handler = |fraction| {
-        fractions.lock().unwrap().push(fraction);
+        fractions.lock().expect("no panic").push(fraction);
         ControlFlow::Continue(())
     };
     on_calling_thread(|| call(Progress::new(&handler)));
-    fractions.into_inner().unwrap()
+    fractions.into_inner().expect("no panic")
 }
 
 #[test]

@@ -5,13 +5,15 @@ use fixtures::volume::Block;
 use volume_mesh::glam::{DMat3, DVec3};
 use volume_mesh::{Cell, FollowParams, Progress, VolumeMesh};
 
-/// Blocks with displaced nodes: of hexahedra, of tetrahedra, and of both, none of which shares a
-/// node with another kind.
-fn blocks() -> [(VolumeMesh, Vec<DVec3>); 3] {
+/// Blocks with displaced nodes: of hexahedra, of wedges, of tetrahedra, and of hexahedra and tetrahedra,
+/// none of which shares a node with another kind.
+fn blocks() -> [(VolumeMesh, Vec<DVec3>); 4] {
     let size = DVec3::new(3.0, 2.0, 2.0);
     let block = Block::new(size, [3, 2, 2]).with_noise(size, 0.08);
     let hexahedra: Vec<Cell> = block.hexahedra.iter().copied().map(Cell::Hexahedron).collect();
     let tetrahedra: Vec<Cell> = block.tetrahedra().into_iter().map(Cell::Tetrahedron).collect();
+
+    let wedges: Vec<Cell> = block.wedges().into_iter().map(Cell::Wedge).collect();
 
     let count = u32::try_from(block.nodes.len()).expect("few nodes");
     let mut both = hexahedra.clone();
@@ -20,7 +22,9 @@ fn blocks() -> [(VolumeMesh, Vec<DVec3>); 3] {
     }
     let mut nodes = block.nodes.clone();
     nodes.extend(block.nodes.iter().map(|x| *x + 10.0 * DVec3::X));
-    [(hexahedra, block.nodes.clone()), (tetrahedra, block.nodes), (both, nodes)]
+    let of_block = [hexahedra, wedges, tetrahedra].map(|cells| (cells, block.nodes.clone()));
+    let [hexahedra, wedges, tetrahedra] = of_block;
+    [hexahedra, wedges, tetrahedra, (both, nodes)]
         .map(|(cells, nodes)| (VolumeMesh::new(nodes.len(), cells).expect("valid nodes"), nodes))
 }
 
@@ -30,6 +34,11 @@ fn interpolate(cell: &Cell, at: DVec3, value: impl Fn(u32) -> DVec3) -> DVec3 {
     for (place, &node) in cell.nodes().iter().enumerate() {
         let weight = match cell {
             Cell::Tetrahedron(_) => [1.0 - at.x - at.y - at.z, at.x, at.y, at.z][place],
+            Cell::Wedge(_) => {
+                // A right triangle at the bottom, and again at the top.
+                let corner = [1.0 - at.x - at.y, at.x, at.y][place % 3];
+                corner * if place < 3 { 1.0 - at.z } else { at.z }
+            }
             Cell::Hexahedron(_) => {
                 // A unit cube, around its base and then around its top.
                 let is_far =
@@ -50,6 +59,13 @@ fn energy(mesh: &VolumeMesh, x: &[DVec3], u: &[DVec3], lambda: f64) -> f64 {
         let gauss = [0.5 - 0.5 / 3.0_f64.sqrt(), 0.5 + 0.5 / 3.0_f64.sqrt()];
         let points: Vec<(DVec3, f64)> = match cell {
             Cell::Tetrahedron(_) => vec![(DVec3::splat(0.25), 1.0 / 6.0)],
+            Cell::Wedge(_) => (0..6)
+                .map(|k| {
+                    let [x, y] =
+                        [[1, 1], [4, 1], [1, 4]][k % 3].map(|sixths| f64::from(sixths) / 6.0);
+                    (DVec3::new(x, y, gauss[k / 3]), 1.0 / 12.0)
+                })
+                .collect(),
             Cell::Hexahedron(_) => (0..8)
                 .map(|k| (DVec3::new(gauss[k & 1], gauss[k >> 1 & 1], gauss[k >> 2]), 1.0 / 8.0))
                 .collect(),
