@@ -300,8 +300,10 @@ impl BodyDescription {
 
 /// Returns the names of the parts of a file that may have several, which is read for them.
 fn part_names(path: &Path) -> Result<Vec<String>, Failure> {
+    // A pipe is read once.
     let is_model = path.extension().is_some_and(|own| own.eq_ignore_ascii_case("feb"));
-    if is_model && path.is_file() { Ok(mesh_io::read_part_names(path)?) } else { Ok(Vec::new()) }
+    let is_pipe = path.exists() && !path.is_file();
+    if is_model && !is_pipe { Ok(mesh_io::read_part_names(path)?) } else { Ok(Vec::new()) }
 }
 
 /// Returns the refusal of a text that is no scene; a path of Windows in double quotes has escapes.

@@ -39,6 +39,17 @@ fn every_key_is_read() {
 }
 
 #[test]
+fn bodies_that_are_parts_of_one_file_have_the_names_of_their_first_parts() {
+    let text = "[[body]]\nfile = \"k.feb\"\nparts = [\"bone\"]\n[[body]]\nfile = \"x.obj\"\n\
+                [[body]]\nfile = \"k.feb\"\nparts = [\"disc\", \"rim\"]\n\
+                [[body]]\nname = \"again\"\nfile = \"x.obj\"\n";
+    let scene = parse(text).unwrap();
+    let names: Vec<&str> = scene.bodies.iter().map(|body| body.name.as_str()).collect();
+    assert_eq!(names, ["bone", "x", "disc", "again"]);
+    assert_eq!(scene.bodies_by_file(), [vec![0, 2], vec![1], vec![3]]);
+}
+
+#[test]
 fn invalid_scenes_are_refused() {
     let cases = [
         ("colour = 1\n", "unknown field `colour`"),

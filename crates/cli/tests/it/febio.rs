@@ -220,6 +220,9 @@ fn names_of_parts_are_checked() {
             "bone.obj: has no parts that can be named: only FEBio models do",
         ),
     ];
+    let run = workshop.check(&["none.feb", "--rigid", "bone"]);
+    assert_eq!(run.status, 2, "{}", run.stdout);
+    assert!(run.stderr.contains("none.feb: cannot be read: "), "{}", run.stderr);
     workshop.write("bone.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     for (scene, expected) in cases {
         workshop.write("scene.toml", scene);
