@@ -125,6 +125,37 @@ pub enum ReadError {
     /// Cells are no volume mesh.
     #[error(transparent)]
     Volume(#[from] VolumeError),
+    /// An element has the same node twice.
+    #[error("element {element} has node {node} twice: save it as one of fewer nodes")]
+    RepeatedNode {
+        /// Number of the element in the file.
+        element: u64,
+        /// Number of the node in the file.
+        node: u64,
+    },
+    /// Two elements have the same nodes.
+    #[error("elements {a} and {b} have the same nodes", a = .elements[0], b = .elements[1])]
+    RepeatedElement {
+        /// Numbers of the elements in the file.
+        elements: [u64; 2],
+    },
+    /// More than two elements have a face in common.
+    #[error("elements {a}, {b} and {c} share one face: at most two may", a = .elements[0], b = .elements[1], c = .elements[2])]
+    SharedFace {
+        /// Numbers of the first three elements in the file.
+        elements: [u64; 3],
+    },
+    /// A node cannot be in the middle of an edge.
+    #[error(
+        "node {node} is no node between nodes {a} and {b} alone: it is a corner or on another edge, or they are no corners",
+        a = .ends[0], b = .ends[1]
+    )]
+    MiddleNode {
+        /// Number of the node in the file.
+        node: u64,
+        /// Numbers of the nodes at the ends of the edge.
+        ends: [u64; 2],
+    },
     /// A file has no part of a name.
     #[error("has no part {part}; its parts are {known}", part = quoted(.part), known = listed(.known))]
     UnknownPart {

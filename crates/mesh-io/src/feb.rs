@@ -9,8 +9,8 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
+use quick_xml::{Reader, XmlVersion};
 
 use crate::error::Format;
 use crate::parts::FileParts;
@@ -64,7 +64,8 @@ enum Item {
 
 /// Model, as far as it is read.
 #[derive(Debug)]
-struct Model {
+struct Model<'a> {
+    file: &'a [u8],
     /// Number of open tags.
     depth: usize,
     is_in_mesh: bool,
@@ -79,7 +80,7 @@ struct Model {
 pub(crate) fn parse(bytes: &[u8]) -> Result<FileParts, ReadError> {
     let text = in_utf_8(bytes);
     let mut reader = Reader::from_reader(&*text);
-    let mut model = Model::new();
+    let mut model = Model::new(bytes);
     loop {
         let start = place(&reader);
         let event = reader.read_event().map_err(|error| malformed(start, error.to_string()))?;
@@ -90,7 +91,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<FileParts, ReadError> {
                 model.end(start)?;
             }
             Event::End(_) => model.end(start)?,
-            Event::Text(_) => model.read_text(&text, start..place(&reader))?,
+            Event::Text(_) => model.read_text(start..place(&reader))?,
             Event::Eof => break,
             // Declarations and comments hold no data.
             _ => {}
@@ -102,9 +103,10 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<FileParts, ReadError> {
     Ok(model.content)
 }
 
-impl Model {
-    fn new() -> Self {
+impl<'a> Model<'a> {
+    fn new(file: &'a [u8]) -> Self {
         Self {
+            file,
             depth: 0,
             is_in_mesh: false,
             list: None,
@@ -129,7 +131,7 @@ impl Model {
             }
             (LIST, _) if self.is_in_mesh => match name {
                 "Nodes" => self.list = Some(List::Nodes),
-                "Elements" => self.begin_elements(tag),
+                "Elements" => self.begin_elements(&self.in_its_encoding(tag, at)),
                 _ => {}
             },
             (ITEM, Some(List::Nodes)) if name == "node" => {
@@ -149,6 +151,14 @@ impl Model {
         }
         self.depth += 1;
         Ok(())
+    }
+
+    /// Returns a tag with all characters that it has in the file, in UTF-8 or else in Latin-1.
+    fn in_its_encoding(&self, tag: &BytesStart<'_>, at: usize) -> BytesStart<'static> {
+        let content = self.file.get(at + 1..at + 1 + tag.len()).unwrap_or_default();
+        let in_latin_1 = || content.iter().copied().map(char::from).collect();
+        let content = std::str::from_utf8(content).map_or_else(|_| in_latin_1(), str::to_owned);
+        BytesStart::from_content(content, tag.name().as_ref().len())
     }
 
     /// Begins a list of elements. Without a name it is a part of its own, unless its elements have types and
@@ -195,10 +205,10 @@ impl Model {
     }
 
     /// Reads the coordinates of a node, or the nodes of an element.
-    fn read_text(&mut self, file: &[u8], bytes: Range<usize>) -> Result<(), ReadError> {
+    fn read_text(&mut self, bytes: Range<usize>) -> Result<(), ReadError> {
         let Some(item) = self.item.take() else { return Ok(()) };
         let at = FilePlace::Byte(bytes.start as u64);
-        let fields = placed_fields(&file[bytes.clone()], bytes.start, b',');
+        let fields = placed_fields(&self.file[bytes.clone()], bytes.start, b',');
         match item {
             Item::Node { number } => self.content.nodes.push(&FEB, &at, number, fields),
             Item::Element { number: element, element_type, part } => {
@@ -287,5 +297,9 @@ fn item_number(tag: &BytesStart<'_>, at: usize) -> Result<u64, ReadError> {
 fn attribute(tag: &BytesStart<'_>, name: &str) -> Option<String> {
     let mut attributes = tag.attributes().filter_map(Result::ok);
     let attribute = attributes.find(|attribute| attribute.key.as_ref() == name);
-    attribute.map(|attribute| attribute.value.into_owned())
+    attribute.map(|attribute| match attribute.normalized_value(XmlVersion::Implicit1_0) {
+        Ok(value) => value.into_owned(),
+        // An entity that is not known stands for itself.
+        Err(_) => attribute.value.into_owned(),
+    })
 }

@@ -9,7 +9,7 @@ use std::fmt;
 
 use glam::DVec3;
 use surface::triangle;
-use volume_mesh::{Cell, MiddleNode, VolumeMesh};
+use volume_mesh::{Cell, MiddleNode, VolumeError, VolumeMesh};
 
 use crate::solid::NumberedCells;
 use crate::volume::{NumberedNodes, Volume};
@@ -181,10 +181,11 @@ impl Mesh {
     fn of_volume(nodes: NumberedNodes, cells: NumberedCells) -> Result<Self, ReadError> {
         let NumberedNodes { positions: nodes, numbers: node_numbers } = nodes;
         check_positions(&nodes)?;
-        let mesh = VolumeMesh::new(nodes.len(), cells.cells)?;
-        let mesh = mesh.with_middle_nodes(cells.middle_nodes)?;
+        let refused = |error| by_number(error, &node_numbers, &cells.numbers);
+        let mesh = VolumeMesh::new(nodes.len(), cells.cells).map_err(refused)?;
+        let mesh = mesh.with_middle_nodes(cells.middle_nodes).map_err(refused)?;
         check_straight(&mesh, &nodes, &node_numbers)?;
-        let boundary = mesh.boundary()?;
+        let boundary = mesh.boundary().map_err(refused)?;
 
         let (positions, faces) = (boundary.positions(&nodes), boundary.faces.clone());
         let numbers = boundary.nodes.iter().map(|&node| node_numbers[node as usize]).collect();
@@ -256,6 +257,29 @@ fn apart_from(
         }
     }
     skipped
+}
+
+/// Returns the refusal of cells and nodes by their numbers in the file.
+fn by_number(error: VolumeError, nodes: &[u64], cells: &[u64]) -> ReadError {
+    let is_known = |node: u32| (node as usize) < nodes.len();
+    let node_number = |node: u32| nodes[node as usize];
+    match error {
+        VolumeError::RepeatedNode { cell, node } => {
+            ReadError::RepeatedNode { element: cells[cell], node: node_number(node) }
+        }
+        VolumeError::RepeatedCell { cells: both } => {
+            ReadError::RepeatedElement { elements: both.map(|cell| cells[cell]) }
+        }
+        VolumeError::SharedFace { cells: three } => {
+            ReadError::SharedFace { elements: three.map(|cell| cells[cell]) }
+        }
+        VolumeError::MiddleNode { node, ends: [a, b] }
+            if [node, a, b].into_iter().all(is_known) =>
+        {
+            ReadError::MiddleNode { node: node_number(node), ends: [a, b].map(node_number) }
+        }
+        other => ReadError::Volume(other),
+    }
 }
 
 /// Refuses quadratic elements whose edges are curved: what is around their corners would not be their

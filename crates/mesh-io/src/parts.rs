@@ -8,6 +8,7 @@ use crate::ReadError;
 use crate::error::Format;
 use crate::mesh::{Mesh, Polygons};
 use crate::solid::NumberedCells;
+use crate::text::quoted;
 use crate::text_nodes::TextNodes;
 use crate::volume::NumberedNodes;
 
@@ -83,7 +84,8 @@ impl FileParts {
         let mut whole = Part::default();
         for part in self.parts.iter().filter(|part| wanted.contains(&part.name)) {
             if let Some(feature) = &part.unsupported {
-                return Err(self.format.unsupported(feature));
+                let part = quoted(&part.name);
+                return Err(self.format.unsupported(format!("the part {part} with {feature}")));
             }
             whole.add(part);
         }

@@ -116,6 +116,36 @@ fn earlier_versions_name_parts_in_other_ways() {
     assert_eq!(numbered_cells(&first_version, &["material 2"]), tetrahedra);
 }
 
+/// Names are those that a user gave: XML spells some characters otherwise, and so do files of other encodings.
+#[test]
+fn names_of_parts_are_decoded() {
+    let named = |name: &[u8]| {
+        let attribute = b"name=\"muscle\"";
+        let place = MODEL.as_bytes().windows(attribute.len()).position(|bytes| bytes == attribute);
+        let (before, after) = MODEL.as_bytes().split_at(place.expect("a part"));
+        [before, b"name=\"", name, b"\"", &after[attribute.len()..]].concat()
+    };
+    for (spelled, name) in [
+        (&b"T &amp; F &lt;&quot;1&quot;&gt;"[..], "T & F <\"1\">"),
+        (b"F&#233;mur", "F\u{e9}mur"),
+        (b"&patella; &amp; b", "&patella; &amp; b"),
+        ("F\u{e9}mur".as_bytes(), "F\u{e9}mur"),
+        (b"F\xe9mur", "F\u{e9}mur"),
+    ] {
+        let file = named(spelled);
+        assert_eq!(part_names(&file, "feb").expect(name)[2], name);
+        let meshes = parse_parts(&file, "feb", &[&names(&[name])]).expect(name);
+        assert_eq!(meshes[0], part(MODEL, &["muscle"]).expect("a mesh"), "{name}");
+    }
+
+    // Names that differ in such a character alone are two.
+    let mut file = named(b"F\xe9mur");
+    let bone = file.windows(4).position(|bytes| bytes == b"bone").expect("a part");
+    file.splice(bone..bone + 4, *b"F\xe8mur");
+    let known = part_names(&file, "feb").expect("a model");
+    assert_eq!(known[1..4], ["F\u{e8}mur", "bone", "F\u{e9}mur"]);
+}
+
 #[test]
 fn nodes_are_listed_by_part_whatever_the_elements_are() {
     let nodes = nodes_by_part(MODEL.as_bytes(), "feb").expect("a model");
@@ -198,6 +228,10 @@ fn refusals_name_parts_and_places() {
             refusal(MODEL.to_owned(), &["muscle", "pyramid"]),
             "elements of type 'pyra5' cannot be read".to_owned(),
         ),
+        (
+            refusal(MODEL.to_owned(), &["muscle", "pyramid"]),
+            "FEB file: the part 'pyramid' with elements of type 'pyra5' cannot be read".to_owned(),
+        ),
         (muscle("1,1,0<", "1,1<"), byte("1,1,0<") + "a node needs three coordinates"),
         (muscle("1,1,0<", "1,x,0<"), byte("1,1,0<") + "'x' is not a number"),
         (muscle("id=\"31\"", "id=\"21\""), byte("1,1,0<") + "node 21 is defined again"),
@@ -208,6 +242,8 @@ fn refusals_name_parts_and_places() {
             byte("51,61,71,91") + "node 92 is not defined above",
         ),
         (muscle("51,61,71,91", "51,61,71"), byte("51,61,71,91") + "an element of 4 nodes has 3"),
+        (muscle("51,61,71,91", "51,61,51,91"), "element 7 has node 51 twice".to_owned()),
+        (muscle("51,71,81,91", "71,51,61,91"), "elements 7 and 8 have the same nodes".to_owned()),
         (muscle("51,61,71,91", "51,61,y,91"), byte("51,61,71,91") + "'y' is not a whole number"),
         (
             muscle("<Mesh>", "<Mesh from=\"mesh.feb\">"),

@@ -195,7 +195,7 @@ fn defects_are_named_with_their_place() {
         (inp("*Nset", "*Include"), "the keyword 'INCLUDE' cannot be read"),
         (inp("*End Part", "*Part, name=other"), "more than one part or instance cannot be read"),
         (inp("part=block\n", "part=block\n1., 0., 0.\n"), "an instance that is placed anew"),
-        (inp("7, 51, 61, 71, 91", "7, 51, 61, 51, 91"), "cell 1 has node 4 twice"),
+        (inp("7, 51, 61, 71, 91", "7, 51, 61, 51, 91"), "element 7 has node 51 twice: save it"),
         (msh("2.2 0 8", "2.2 1 8"), "MSH file: binary data cannot be read; save it as text"),
         (msh("2.2 0 8", "4 0 8"), "version '4' cannot be read"),
         (msh("7 4 2 1 1", "7 7 2 1 1"), "element type 7 cannot be read"),
