@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use glam::DVec3;
-use musculo_collide::volume_mesh::Followed;
+use musculo_collide::volume_mesh::{Followed, MiddleNode};
 use musculo_collide::{BodyId, Progress};
 
 use super::body_file::{BodyFile, NO_TRIANGLES, elements, extension, follow};
@@ -20,6 +20,8 @@ use crate::terminal;
 /// Part of a file at the end, before it is written.
 struct MovedPart {
     body: BodyId,
+    /// Positions of the vertices, each where the first body that has it is.
+    positions: Vec<DVec3>,
     /// Volume mesh behind its surface, where there is one that has moved.
     followed: Option<Followed>,
 }
@@ -37,12 +39,22 @@ pub(super) fn complete_parts(
     let refused = |error| Failure::in_file(&path, error);
     let original = mesh_io::read_file(&path)?;
 
-    // Volume meshes follow their surfaces, and each node goes where the bodies have it.
-    let (mut parts, mut nodes) = (Vec::new(), MovedNodes::default());
+    // Vertices of several bodies are in one place before volume meshes follow.
+    let ends = vertex_ends(loaded, bodies);
+    let mut parts = Vec::new();
     for &body in bodies {
-        let part = MovedPart::new(loaded, body, &start[body.index()], progress)?;
-        nodes.add(loaded, &part, &start[body.index()], &path)?;
-        parts.push(part);
+        parts.push(MovedPart::new(loaded, body, &ends, &start[body.index()], progress)?);
+    }
+    let mut nodes = MovedNodes::default();
+    let (rigid, soft): (Vec<_>, Vec<_>) =
+        parts.iter().partition(|part| loaded.scene.body(part.body).is_rigid());
+    for parts in [rigid, soft] {
+        for part in &parts {
+            nodes.add(loaded, part, &start[part.body.index()], &path)?;
+        }
+        for part in &parts {
+            nodes.add_middle_nodes(loaded, part.body);
+        }
     }
     let moves = nodes.moves();
     let content = mesh_io::move_nodes(&original, &extension(&path), &moves).map_err(refused)?;
@@ -69,6 +81,21 @@ pub(super) fn complete_parts(
         files.push(file);
     }
     Ok(files)
+}
+
+/// Returns where the vertices of bodies end, by their nodes: those of several bodies where the first one has them,
+/// rigid ones before all others, as their nodes stay.
+fn vertex_ends(loaded: &LoadedScene, bodies: &[BodyId]) -> BTreeMap<u32, DVec3> {
+    let is_rigid = |body: &&BodyId| loaded.scene.body(**body).is_rigid();
+    let (rigid, soft): (Vec<_>, Vec<_>) = bodies.iter().partition(is_rigid);
+    let mut ends = BTreeMap::new();
+    for &body in rigid.into_iter().chain(soft) {
+        let nodes = loaded.nodes[body.index()].iter().flatten();
+        for (&node, x) in nodes.zip(loaded.scene.body(body).positions()) {
+            ends.entry(node).or_insert(*x);
+        }
+    }
+    ends
 }
 
 /// Warns of parts that are no bodies of the scene, where nodes of theirs move with those of bodies.
@@ -100,20 +127,22 @@ impl MovedPart {
     fn new(
         loaded: &LoadedScene,
         body: BodyId,
+        ends: &BTreeMap<u32, DVec3>,
         start: &[DVec3],
         progress: Progress<'_>,
     ) -> Result<Self, Failure> {
-        let positions = loaded.scene.body(body).positions();
+        let nodes = loaded.nodes[body.index()].iter().flatten();
+        let positions: Vec<DVec3> = nodes.map(|node| ends[node]).collect();
         let followed = match &loaded.volumes[body.index()] {
-            Some(volume) if positions != start => Some(follow(volume, positions, progress)?),
+            Some(volume) if positions != start => Some(follow(volume, &positions, progress)?),
             _ => None,
         };
-        Ok(Self { body, followed })
+        Ok(Self { body, positions, followed })
     }
 }
 
-/// Distance within which bodies have a shared node in one place \[mean edge length of soft bodies\]: below, ties
-/// do not hold as closely; above, elements are torn.
+/// Distance within which a node of two bodies is in one place \[mean edge length of soft bodies\], where it is inside
+/// of one or elements keep one from following: above, other elements are torn.
 const ONE_PLACE: f64 = 1e-3;
 
 /// Nodes of a file, each where the bodies that have it are at the end.
@@ -141,12 +170,24 @@ impl MovedNodes {
                 let number = loaded.node_number(body, node);
                 let problem = format!(
                     "node {number} is of '{first}' and of '{second}', which would be at {known} and at {to}: \
-                     tie them where they share nodes, or give each its own"
+                     one cannot follow the other there, give each its own"
                 );
                 return Err(Failure::in_file(path, problem));
             }
         }
         Ok(())
+    }
+
+    /// Adds the nodes in the middle of edges, where these are once corners are in one place.
+    fn add_middle_nodes(&mut self, loaded: &LoadedScene, body: BodyId) {
+        let Some(volume) = &loaded.volumes[body.index()] else { return };
+        for &MiddleNode { node, ends } in volume.mesh.middle_nodes() {
+            let corners = ends.map(|end| self.nodes.get(&end).map(|(ends, _)| *ends));
+            let [Some([from_a, to_a]), Some([from_b, to_b])] = corners else { continue };
+            let from = volume.nodes[node as usize];
+            let moves = from_a != to_a || from_b != to_b;
+            self.put(node, [from, if moves { to_a.midpoint(to_b) } else { from }], body);
+        }
     }
 
     /// Adds a node of a body with its start and end. Returns the end by the first body that has it.
@@ -163,21 +204,23 @@ impl MovedNodes {
 }
 
 impl MovedPart {
-    /// Returns start and end of every node of the part.
+    /// Returns start and end of every node of the part but those in the middle of edges.
     fn moves(&self, loaded: &LoadedScene, start: &[DVec3]) -> Vec<(u32, DVec3, DVec3)> {
         let mut moves = Vec::new();
         let number = self.body.index();
         match &loaded.volumes[number] {
             Some(volume) => {
                 let ends = self.followed.as_ref().map_or(&volume.nodes, |moved| &moved.positions);
-                for node in volume.mesh.used_nodes() {
+                let middle = volume.mesh.middle_nodes();
+                let is_corner =
+                    |node: &u32| middle.binary_search_by_key(node, |middle| middle.node).is_err();
+                for node in volume.mesh.used_nodes().into_iter().filter(is_corner) {
                     moves.push((node, volume.nodes[node as usize], ends[node as usize]));
                 }
             }
             None => {
-                let ends = loaded.scene.body(self.body).positions();
                 let nodes = loaded.nodes[number].iter().flatten();
-                for ((&node, from), to) in nodes.zip(start).zip(ends) {
+                for ((&node, from), to) in nodes.zip(start).zip(&self.positions) {
                     moves.push((node, *from, *to));
                 }
             }

@@ -13,27 +13,54 @@ use crate::support::Workshop;
 struct Model {
     nodes: Vec<DVec3>,
     elements: String,
+    /// True if elements are added with nodes in the middle of their edges.
+    is_quadratic: bool,
 }
+
+/// Ends of the edges of a hexahedron, in the order of their nodes in the middle.
+const EDGES: [[usize; 2]; 12] = [
+    [0, 1],
+    [1, 2],
+    [2, 3],
+    [3, 0],
+    [4, 5],
+    [5, 6],
+    [6, 7],
+    [7, 4],
+    [0, 4],
+    [1, 5],
+    [2, 6],
+    [3, 7],
+];
 
 impl Model {
     /// Adds a part of hexahedra, over nodes of its own but for those that others have there.
     fn add(&mut self, name: &str, block: &Block) {
-        let mut places = Vec::new();
-        for x in &block.nodes {
-            let known = self.nodes.iter().position(|known| known == x);
-            places.push(known.unwrap_or_else(|| {
-                self.nodes.push(*x);
-                self.nodes.len() - 1
-            }));
-        }
-        writeln!(self.elements, "<Elements type=\"hex8\" name=\"{name}\">").expect("text");
+        let places: Vec<usize> = block.nodes.iter().map(|x| self.place(*x)).collect();
+        let kind = if self.is_quadratic { "hex20" } else { "hex8" };
+        writeln!(self.elements, "<Elements type=\"{kind}\" name=\"{name}\">").expect("text");
         for (number, nodes) in block.hexahedra.iter().enumerate() {
+            let mut nodes = nodes.map(|node| places[node as usize]).to_vec();
+            let edges = if self.is_quadratic { &EDGES[..] } else { &[] };
+            for &[a, b] in edges {
+                let middle = self.nodes[nodes[a]].midpoint(self.nodes[nodes[b]]);
+                nodes.push(self.place(middle));
+            }
             // Nodes are numbered from 101.
-            let nodes = nodes.map(|node| (places[node as usize] + 101).to_string());
+            let nodes: Vec<String> = nodes.iter().map(|node| (node + 101).to_string()).collect();
             writeln!(self.elements, "<elem id=\"{number}\">{}</elem>", nodes.join(","))
                 .expect("text");
         }
         self.elements += "</Elements>\n";
+    }
+
+    /// Returns the place of the node at a position, a new one where there is none.
+    fn place(&mut self, x: DVec3) -> usize {
+        let known = self.nodes.iter().position(|known| *known == x);
+        known.unwrap_or_else(|| {
+            self.nodes.push(x);
+            self.nodes.len() - 1
+        })
     }
 
     fn text(&self) -> String {
@@ -195,6 +222,75 @@ fn parts_that_share_nodes_stay_attached() {
     assert_eq!(run.status, 0, "{}{}", run.stdout, run.stderr);
     let warning = " of 'lower' move, which is no body of the scene\n";
     assert!(run.stderr.contains(warning), "{}", run.stderr);
+}
+
+/// Soft tissue with a rigid pin in it, over common nodes, and a bone that is 0.03 in it from above.
+#[test]
+fn nodes_of_rigid_parts_stay_in_soft_ones() {
+    let workshop = Workshop::new();
+    let mut model = Model::default();
+    model.add("tissue", &Block::new(DVec3::new(8.0, 8.0, 12.0), [8, 8, 12]));
+    let pin = Block::new(DVec3::new(2.0, 2.0, 1.0), [2, 2, 1]);
+    model.add("pin", &pin.translated(DVec3::new(3.0, 3.0, 2.0)));
+    let bone = Block::new(DVec3::new(4.0, 4.0, 2.0), [5, 5, 3]);
+    model.add("bone", &bone.translated(DVec3::new(2.13, 1.97, 11.97)));
+    workshop.write("pin.feb", model.text());
+    let body = |part: &str| format!("[[body]]\nfile = \"pin.feb\"\nparts = [\"{part}\"]\n");
+    let [tissue, pin, bone] = ["tissue", "pin", "bone"].map(body);
+    let rigid = "kind = \"rigid\"\n";
+    let ignored = "[[ignore]]\na = \"tissue\"\nb = \"pin\"\n";
+    workshop.write("scene.toml", format!("{tissue}{pin}{rigid}{bone}{rigid}{ignored}"));
+    let run = workshop.run("resolve", &["scene.toml", "--gap", "0.005", "--out", "apart"]);
+    assert_eq!(run.status, 0, "{}{}", run.stdout, run.stderr);
+
+    let nodes = |file: &str, part: &str| {
+        let meshes = mesh_io::read_parts(&workshop.path(file), &[&[part.to_owned()]]);
+        meshes.expect("a mesh").remove(0).positions
+    };
+    for (part, stays) in [("pin", true), ("bone", true), ("tissue", false)] {
+        let is_same = nodes("pin.feb", part) == nodes("apart/pin.feb", part);
+        assert_eq!(is_same, stays, "{part}");
+    }
+}
+
+/// Three soft parts of which each shares nodes with the others: ties alone leave these apart by more than is lost
+/// without a trace.
+#[test]
+fn nodes_of_several_soft_parts_stay_in_one_place() {
+    for is_quadratic in [false, true] {
+        let workshop = Workshop::new();
+        let mut model = Model { is_quadratic, ..Model::default() };
+        let layer = Block::new(DVec3::new(8.0, 8.0, 1.0), [5, 5, 2]);
+        model.add("lower", &layer);
+        model.add("upper", &layer.translated(DVec3::Z));
+        let side = Block::new(DVec3::new(2.0, 8.0, 2.0), [2, 5, 4]);
+        model.add("side", &side.translated(DVec3::X * 8.0));
+        let bone = Block::new(DVec3::new(4.0, 4.0, 2.0), [5, 5, 3]);
+        model.add("bone", &bone.translated(DVec3::new(2.13, 1.97, 1.8)));
+        workshop.write("layers.feb", model.text());
+        let options = ["layers.feb", "--rigid", "bone", "--gap", "0.05", "--out", "apart"];
+        let run = workshop.run("resolve", &options);
+        assert_eq!(run.status, 0, "{}{}", run.stdout, run.stderr);
+        let check = workshop.check(&["apart/layers.feb", "--rigid", "bone"]);
+        assert_eq!(check.status, 0, "{}", check.stdout);
+
+        // Nodes of the file, and the ends of edges around those in the middle.
+        for part in ["lower", "upper", "side"] {
+            let read = |file: &str| {
+                let meshes = mesh_io::read_parts(&workshop.path(file), &[&[part.to_owned()]]);
+                meshes.expect("a mesh").remove(0).volume.expect("a volume mesh")
+            };
+            let [before, after] = ["layers.feb", "apart/layers.feb"].map(read);
+            assert_eq!(after.mesh.quality(&after.nodes).inverted, 0, "{part}");
+            assert_eq!(after.mesh.middle_nodes().is_empty(), !is_quadratic, "{part}");
+            for middle in after.mesh.middle_nodes() {
+                let [a, b] = middle.ends.map(|end| after.nodes[end as usize]);
+                let x = after.nodes[middle.node as usize];
+                assert!(x == a.midpoint(b) || x == before.nodes[middle.node as usize], "{part}");
+                assert!(x.distance(a.midpoint(b)) < 1e-14, "{part}: {x}");
+            }
+        }
+    }
 }
 
 #[test]
