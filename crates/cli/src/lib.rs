@@ -8,6 +8,7 @@
 mod commands;
 mod conditions;
 mod failure;
+mod file_id;
 pub mod fuzz;
 mod interrupt;
 mod load;

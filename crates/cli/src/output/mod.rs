@@ -6,7 +6,6 @@
 //! are complete ([`Outputs`]), so that a failure or an interruption leaves nothing behind.
 
 mod earlier;
-mod identity;
 mod outputs;
 mod places;
 mod plan;

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-use super::identity::{FileId, is_character_device, resolved};
 use crate::failure::Failure;
+use crate::file_id::{FileId, is_character_device, resolved};
 
 /// Path that stands for standard output.
 const STANDARD_OUTPUT: &str = "-";

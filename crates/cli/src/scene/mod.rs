@@ -54,6 +54,7 @@ pub(crate) use self::error::SceneProblem;
 pub(crate) use self::unit::Unit;
 pub(crate) use self::unit_check::unit_warnings;
 use crate::failure::Failure;
+use crate::file_id::is_same_file;
 
 /// Scene before its meshes are read.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
@@ -294,7 +295,7 @@ impl BodyDescription {
 
     /// Returns true if both bodies are parts of one file.
     fn shares_file(&self, other: &Self) -> bool {
-        !self.parts.is_empty() && !other.parts.is_empty() && self.path == other.path
+        !self.parts.is_empty() && !other.parts.is_empty() && is_same_file(&self.path, &other.path)
     }
 }
 

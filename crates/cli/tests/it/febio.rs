@@ -253,6 +253,38 @@ fn nodes_of_rigid_parts_stay_in_soft_ones() {
     }
 }
 
+/// Bodies of one file are such whatever path leads to it.
+#[test]
+fn a_file_is_one_by_any_path() {
+    let workshop = Workshop::new();
+    workshop.write("knee.feb", knee().text());
+    std::fs::create_dir(workshop.path("sub")).expect("a folder");
+    let paths = ["./knee.feb", "sub/../knee.feb"].map(str::to_owned).into_iter();
+    #[cfg(unix)]
+    let paths = paths.chain({
+        std::os::unix::fs::symlink("knee.feb", workshop.path("link.feb")).expect("a link");
+        ["link.feb".to_owned()]
+    });
+    for path in paths {
+        let scene =
+            SCENE.replacen("\"knee.feb\"\nparts = [\"c", &format!("\"{path}\"\nparts = [\"c"), 1);
+        assert_ne!(scene, SCENE);
+        workshop.write("scene.toml", &scene);
+        let run = workshop.run("resolve", &["scene.toml", "--gap", "0.05", "--out", "apart"]);
+        assert_eq!(run.status, 0, "{path}: {}{}", run.stdout, run.stderr);
+        assert!(run.stderr.contains("'bone' and 'cartilage' share 81 nodes"), "{}", run.stderr);
+        let mut files = workshop.listing();
+        files.retain(|name| name.starts_with("apart/") && name.ends_with(".feb"));
+        assert_eq!(files, ["apart/knee.feb"], "{path}");
+
+        let again =
+            format!("{scene}[[body]]\nname = \"twice\"\nfile = \"{path}\"\nparts = [\"bone\"]\n");
+        workshop.write("scene.toml", again);
+        let run = workshop.check(&["scene.toml"]);
+        assert!(run.stderr.contains("part 'bone' is of 'bone' and of 'twice'"), "{}", run.stderr);
+    }
+}
+
 /// Three soft parts of which each shares nodes with the others: ties alone leave these apart by more than is lost
 /// without a trace.
 #[test]

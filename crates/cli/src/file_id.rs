@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 /// Identity of a file: equal for all links to it, and for all spellings of its path.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum FileId {
+pub(crate) enum FileId {
     /// Number of an existing file on its device.
     Node { device: u64, inode: u64 },
     /// Absolute path without links.
@@ -20,7 +20,7 @@ impl FileId {
     /// # Errors
     ///
     /// Errors of the operating system, where the path leads nowhere.
-    pub(super) fn of(path: &Path) -> io::Result<Self> {
+    pub(crate) fn of(path: &Path) -> io::Result<Self> {
         // Devices and pipes may have a number but no path of their own (/dev/stdout).
         if let Ok(metadata) = fs::metadata(path)
             && let Some(node) = Self::of_node(&metadata)
@@ -32,14 +32,14 @@ impl FileId {
 
     /// Returns the identity of standard output, where the system has one.
     #[cfg(unix)]
-    pub(super) fn of_standard_output() -> Option<Self> {
+    pub(crate) fn of_standard_output() -> Option<Self> {
         use std::os::fd::AsFd;
         let descriptor = io::stdout().as_fd().try_clone_to_owned().ok()?;
         Self::of_node(&File::from(descriptor).metadata().ok()?)
     }
 
     #[cfg(not(unix))]
-    pub(super) fn of_standard_output() -> Option<Self> {
+    pub(crate) fn of_standard_output() -> Option<Self> {
         None
     }
 
@@ -56,13 +56,18 @@ impl FileId {
     }
 }
 
+/// Returns true if both paths lead to one file.
+pub(crate) fn is_same_file(a: &Path, b: &Path) -> bool {
+    a == b || matches!((FileId::of(a), FileId::of(b)), (Ok(a), Ok(b)) if a == b)
+}
+
 /// Returns the absolute path without links behind a path, whose end may not exist yet.
 ///
 /// # Errors
 ///
 /// Errors of the operating system, such as a circle of links, and a path that ends in
 /// `..` behind a folder that does not exist.
-pub(super) fn resolved(path: &Path) -> io::Result<PathBuf> {
+pub(crate) fn resolved(path: &Path) -> io::Result<PathBuf> {
     match fs::canonicalize(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => {}
         result => return result,
@@ -83,12 +88,12 @@ pub(super) fn resolved(path: &Path) -> io::Result<PathBuf> {
 /// Returns true for character devices: terminals and `/dev/null` keep nothing that could
 /// be replaced.
 #[cfg(unix)]
-pub(super) fn is_character_device(path: &Path) -> bool {
+pub(crate) fn is_character_device(path: &Path) -> bool {
     use std::os::unix::fs::FileTypeExt;
     fs::metadata(path).is_ok_and(|metadata| metadata.file_type().is_char_device())
 }
 
 #[cfg(not(unix))]
-pub(super) fn is_character_device(_: &Path) -> bool {
+pub(crate) fn is_character_device(_: &Path) -> bool {
     false
 }
