@@ -304,9 +304,13 @@ pub(crate) struct LoadedSurface {
 }
 
 impl LoadedSurface {
-    pub(crate) fn read(path: &Path) -> Result<Self, Failure> {
+    /// Reads a file, or some of its parts by their names.
+    pub(crate) fn read(path: &Path, parts: &[String]) -> Result<Self, Failure> {
         let _phase = Phase::start("reading");
-        let mesh = mesh_io::read_mesh(path)?;
+        let mut meshes = mesh_io::read_parts(path, &[parts])?;
+        let Some(mesh) = meshes.pop() else {
+            return Err(Failure::in_file(path, "has no mesh"));
+        };
         warn_of_rest(path, mesh.unread.as_ref(), mesh.skipped.as_ref());
 
         let Mesh { positions, faces, space, .. } = mesh;

@@ -68,6 +68,10 @@ pub(crate) struct FieldArguments {
 /// Parameters of a field, with lengths in the unit of the mesh.
 #[derive(Debug, Args)]
 struct BuildArguments {
+    /// Part of an FEBio model that is the body, by its name; may be given several times
+    #[arg(long, value_name = "NAME")]
+    part: Vec<String>,
+
     /// Distance between nodes [default: half the mean edge]
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     spacing: Option<f64>,
@@ -145,11 +149,11 @@ impl FieldArguments {
     /// Reads a field, and stores it in steps if there is a length for them.
     fn read(&self) -> Result<DistanceField, Failure> {
         // The grid of a file is as it is.
-        let BuildArguments { spacing, padding, method, truncate } = &self.build;
+        let BuildArguments { part, spacing, padding, method, truncate } = &self.build;
         let lengths = [spacing, padding, truncate];
-        if method.is_some() || lengths.iter().any(|length| length.is_some()) {
-            let problem =
-                "is a field already: --spacing, --padding, --method and --truncate need a mesh";
+        if !part.is_empty() || method.is_some() || lengths.iter().any(|length| length.is_some()) {
+            let problem = "is a field already: --part, --spacing, --padding, --method and --truncate need \
+                           a mesh";
             return Err(Failure::in_file(&self.input, problem));
         }
 
@@ -165,7 +169,7 @@ impl FieldArguments {
     }
 
     fn build(&self, out: Option<FieldFormat>) -> Result<(DistanceField, BuiltRecord), Failure> {
-        let mesh = LoadedSurface::read(&self.input)?;
+        let mesh = LoadedSurface::read(&self.input, &self.build.part)?;
         let is_nrrd = matches!(out, Some(FieldFormat::Nrrd | FieldFormat::GzipNrrd));
         if is_nrrd && mesh.space == Some(Space::RightAnteriorSuperior) {
             let problem = "a mesh in the space RAS has no field in NRRD, which is written in LPS: save \
@@ -191,7 +195,7 @@ impl FieldArguments {
     }
 
     fn params(&self, default_spacing: f64) -> FieldParams {
-        let BuildArguments { spacing, padding, method, truncate } = self.build;
+        let BuildArguments { spacing, padding, method, truncate, .. } = self.build;
         let default = FieldParams::new(spacing.unwrap_or(default_spacing));
         FieldParams {
             padding: padding.unwrap_or(default.padding),

@@ -40,6 +40,10 @@ pub(crate) struct MedialArguments {
     #[arg(value_name = "MESH")]
     input: PathBuf,
 
+    /// Part of an FEBio model that is the body, by its name; may be given several times
+    #[arg(long, value_name = "NAME")]
+    part: Vec<String>,
+
     /// Number of balls
     #[arg(long, value_name = "N", default_value_t = 100, conflicts_with = "tolerance")]
     balls: usize,
@@ -82,7 +86,7 @@ pub(super) fn run(arguments: &MedialArguments) -> Result<Finished, Failure> {
         Some(tolerance) => MedialParams::tolerance(tolerance),
         None => MedialParams::balls(arguments.balls),
     };
-    let mesh = LoadedSurface::read(path)?;
+    let mesh = LoadedSurface::read(path, &arguments.part)?;
     let result = MedialResult::compute(path, mesh, &params);
     let result = result.map_err(|error| refusal(path, error))?;
     stopwatch.lap("generate");

@@ -285,6 +285,33 @@ fn a_file_is_one_by_any_path() {
     }
 }
 
+/// Fields and medial surfaces are of one body, which may be some parts of a model.
+#[test]
+fn parts_are_chosen_for_fields_and_medial_surfaces() {
+    let workshop = Workshop::new();
+    workshop.write("knee.feb", knee().text());
+    for command in ["field", "medial"] {
+        let run = workshop.run(command, &["knee.feb"]);
+        assert_eq!(run.status, 2, "{command}: {}", run.stdout);
+        assert!(run.stderr.contains("'meniscus': name those of the body"), "{}", run.stderr);
+        let run = workshop.run(command, &["knee.feb", "--part", "tibia"]);
+        assert!(run.stderr.contains("knee.feb: has no part 'tibia'"), "{command}: {}", run.stderr);
+    }
+    let parts = ["--part", "cartilage", "--part", "bone"];
+    let run = workshop.run("field", &[&["knee.feb", "--json", "o.json"], &parts[..]].concat());
+    assert_eq!(run.status, 0, "{}{}", run.stdout, run.stderr);
+    assert_eq!(json(&workshop, "o.json")["built"]["faces"], 2 * 2 * (8 * 8 + 2 * 8 * 4));
+    // Both are one block, whose edges have no balls.
+    let run = workshop.run("medial", &[&["knee.feb"], &parts[..]].concat());
+    assert!(run.stderr.contains("knee.feb: the surface is too thin"), "{}", run.stderr);
+
+    let run = workshop.run("field", &["knee.feb", "--part", "bone", "--out", "bone.nrrd"]);
+    assert_eq!(run.status, 0, "{}{}", run.stdout, run.stderr);
+    let run = workshop.run("field", &["bone.nrrd", "--part", "bone"]);
+    assert_eq!(run.status, 2, "{}", run.stdout);
+    assert!(run.stderr.contains("is a field already: --part, "), "{}", run.stderr);
+}
+
 /// Three soft parts of which each shares nodes with the others: ties alone leave these apart by more than is lost
 /// without a trace.
 #[test]
