@@ -79,6 +79,18 @@ pub enum SurfaceError {
         /// Its face.
         face: u32,
     },
+    /// Edges of the border are in the same place: their vertices are not welded.
+    #[error(
+        "the vertices are not welded: {count} edges with one face only are in the place of others, the first between vertices {from} and {to}; merge vertices of equal positions"
+    )]
+    Unwelded {
+        /// Edges with one face in the place of another one.
+        count: usize,
+        /// First end of the first of them.
+        from: u32,
+        /// Its second end.
+        to: u32,
+    },
     /// More than two faces meet at an edge.
     #[error(
         "the surface is not manifold: {count} edges have more than two faces, the first between vertices {from} and {to}"

@@ -9,6 +9,7 @@ use std::fmt;
 
 use glam::DVec3;
 
+use crate::positions::place_bits;
 use crate::predicates::projection_axis;
 use crate::{Aabb, Positions, TriangleSurface, mean_edge, triangle};
 
@@ -19,6 +20,9 @@ use crate::{Aabb, Positions, TriangleSurface, mean_edge, triangle};
 pub enum Defect {
     /// An edge with one face.
     BoundaryEdge,
+    /// An edge with one face whose ends are exactly where those of another one are: its vertices are not
+    /// welded.
+    UnweldedEdge,
     /// An edge with more than two faces.
     NonManifoldEdge,
     /// A direction of an edge that more than one face runs along: neighbors with opposite
@@ -171,6 +175,10 @@ impl Defect {
     fn words(self, count: usize) -> &'static str {
         let (one, many) = match self {
             Self::BoundaryEdge => ("boundary edge", "boundary edges"),
+            Self::UnweldedEdge => (
+                "boundary edge in the place of another (vertices are not welded)",
+                "boundary edges in the place of others (vertices are not welded)",
+            ),
             Self::NonManifoldEdge => ("non-manifold edge", "non-manifold edges"),
             Self::MisorientedEdge => ("misoriented edge", "misoriented edges"),
             Self::NonManifoldVertex => ("non-manifold vertex", "non-manifold vertices"),
@@ -205,6 +213,7 @@ fn findings(surface: &TriangleSurface, x: Positions<'_>) -> Vec<Finding> {
     let mut report = Report { surface, x, findings: Vec::new() };
 
     report.add(Defect::BoundaryEdge, surface.boundary_edges().map(ends));
+    report.add(Defect::UnweldedEdge, surface.unwelded_edges(x).into_iter().map(ends));
     report.add(Defect::NonManifoldEdge, surface.non_manifold_edges().map(ends));
     report.add(Defect::MisorientedEdge, surface.repeated_half_edges().map(Edge));
     report.add(Defect::NonManifoldVertex, surface.non_manifold_vertices().map(Vertex));
@@ -253,7 +262,7 @@ fn duplicate_vertices(surface: &TriangleSurface, x: Positions<'_>) -> impl Itera
     // The high half of a key is mixed from the position, the low half is the vertex.
     let mut keys: Vec<u64> = Vec::with_capacity(surface.vertex_count());
     for vertex in surface.vertices() {
-        let mixed = mixed_bits(position_bits(x, vertex));
+        let mixed = mixed_bits(place_bits(x.at(vertex)));
         keys.push(mixed >> 32 << 32 | u64::from(vertex));
     }
     keys.sort_unstable();
@@ -267,9 +276,9 @@ fn duplicate_vertices(surface: &TriangleSurface, x: Positions<'_>) -> impl Itera
         }
         group.clear();
         group.extend(keys.iter().map(|&key| low_half(key)));
-        group.sort_unstable_by_key(|&vertex| (position_bits(x, vertex), vertex));
+        group.sort_unstable_by_key(|&vertex| (place_bits(x.at(vertex)), vertex));
         for pair in group.windows(2) {
-            if position_bits(x, pair[0]) == position_bits(x, pair[1]) {
+            if place_bits(x.at(pair[0])) == place_bits(x.at(pair[1])) {
                 duplicates.push(pair[1]);
             }
         }
@@ -281,11 +290,6 @@ fn duplicate_vertices(surface: &TriangleSurface, x: Positions<'_>) -> impl Itera
 #[expect(clippy::cast_possible_truncation, reason = "the low half is the number of the vertex")]
 fn low_half(key: u64) -> u32 {
     key as u32
-}
-
-/// Returns the bits of a position, the same for −0 as for 0.
-fn position_bits(x: Positions<'_>, vertex: u32) -> [u64; 3] {
-    (x.at(vertex) + DVec3::ZERO).to_array().map(f64::to_bits)
 }
 
 /// Mixes three words into one, mostly without collisions.

@@ -58,6 +58,7 @@ mod pseudonormal;
 mod range;
 mod relative_path;
 mod rigid;
+mod seams;
 mod simplex;
 mod total;
 pub mod triangle;

@@ -150,3 +150,8 @@ fn out_of_range(vertex: usize, at: DVec3) -> SurfaceError {
     let value = coordinates.fold(0.0, |max: f64, c| if c.abs() > max.abs() { c } else { max });
     SurfaceError::TooLarge { vertex, value }
 }
+
+/// Returns the bits of a position, the same for −0 as for 0.
+pub(crate) fn place_bits(at: DVec3) -> [u64; 3] {
+    (at + DVec3::ZERO).to_array().map(f64::to_bits)
+}

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use fixtures::data;
 use fixtures::generate::cases;
 use surface::glam::DVec3;
-use surface::{Aabb, Defect, Element, Inspection, SurfaceError, TriangleSurface, inspect};
+use surface::{Aabb, Defect, Element, Finding, Inspection, SurfaceError, TriangleSurface, inspect};
 
 use crate::support::anatomy;
 
@@ -125,6 +125,75 @@ fn duplicate_vertices_are_those_in_an_earlier_place() {
     assert_eq!(report.count(Defect::DuplicateVertex), 3);
     let finding = report.findings.iter().find(|f| f.defect == Defect::DuplicateVertex).unwrap();
     assert_eq!((finding.first, finding.at), (Element::Vertex(4), DVec3::ZERO));
+}
+
+/// Gives each face corners of its own, as files do that have separate triangles.
+fn separate(x: &[DVec3], faces: &[[u32; 3]]) -> (Vec<DVec3>, Vec<[u32; 3]>) {
+    let corners = faces.iter().flatten().map(|vertex| x[*vertex as usize]).collect();
+    let faces = (0_u32..).zip(faces).map(|(face, _)| [3 * face, 3 * face + 1, 3 * face + 2]);
+    (corners, faces.collect())
+}
+
+#[test]
+fn vertices_that_are_not_welded_are_named() {
+    let words = |x: &[DVec3], faces: &[[u32; 3]]| -> Vec<String> {
+        let findings = report(x, faces).findings;
+        findings.iter().map(Finding::to_string).filter(|text| text.contains("weld")).collect()
+    };
+    let (x, faces) = separate(&corners(), &TETRAHEDRON);
+    let seams = "12 boundary edges in the place of others (vertices are not welded), the first \
+        from vertex 0 to 1 at (0, 0.5, 0)";
+    assert_eq!(words(&x, &faces), [seams]);
+
+    // A face less: three of its neighbors' edges are a border, and no seam.
+    assert!(words(&x, &faces[..3])[0].starts_with("6 boundary edges in the place of others"));
+
+    // One vertex is there twice, as where a texture is cut, with a coordinate of -0.
+    let cut = [&corners()[..], &[DVec3::new(-0.0, -0.0, 1.0)]].concat();
+    let torn = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 4]];
+    let text = "4 boundary edges in the place of others (vertices are not welded), the first \
+        from vertex 0 to 3 at (0, 0, 0.5)";
+    assert_eq!(words(&cut, &torn), [text]);
+    let surface = TriangleSurface::new(5, torn.to_vec()).expect("valid");
+    let refused = surface.require_welded(surface.positions(&cut).expect("finite"));
+    assert_eq!(refused, Err(SurfaceError::Unwelded { count: 4, from: 0, to: 3 }));
+
+    // Neither holes nor tetrahedra that touch are seams.
+    assert_eq!(words(&corners(), &TETRAHEDRON[..3]), [""; 0]);
+    let twice =
+        [corners(), corners().iter().map(|x| DVec3::new(x.x, x.y, -x.z)).collect()].concat();
+    let touching = [TETRAHEDRON, TETRAHEDRON.map(|face| face.map(|v| v + 4))].concat();
+    assert_eq!(words(&twice, &touching), [""; 0]);
+}
+
+/// Random triangles of few places, each pair of border edges compared.
+#[test]
+fn unwelded_edges_equal_those_of_all_pairs() {
+    for number in 0_u32..300 {
+        let mut state = number.wrapping_mul(2_654_435_761) | 1;
+        let mut next = |below: u32| {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 16) % below
+        };
+        let x: Vec<DVec3> =
+            (0..12).map(|_| DVec3::from([next(2), next(2), next(2)].map(f64::from))).collect();
+        let faces: Vec<[u32; 3]> = (0..8).map(|_| [next(12), next(12), next(12)]).collect();
+        let surface = TriangleSurface::new(x.len(), faces).expect("valid");
+        let count = |edge: usize| surface.edge_faces(u32::try_from(edge).expect("few")).len();
+        let border: Vec<[u32; 2]> = (0..surface.edges().len())
+            .filter(|edge| count(*edge) == 1)
+            .map(|edge| surface.edges()[edge])
+            .collect();
+        let place = |[a, b]: [u32; 2]| [x[a as usize], x[b as usize]];
+        let is_seam = |edge: &&[u32; 2]| {
+            let [a, b] = place(**edge);
+            let others = border.iter().filter(|other| other != edge);
+            others.map(|other| place(*other)).any(|other| other == [a, b] || other == [b, a])
+        };
+        let expected = border.iter().filter(is_seam).count();
+        let found = inspect(&surface, surface.positions(&x).expect("finite"));
+        assert_eq!(found.count(Defect::UnweldedEdge), expected, "{number}");
+    }
 }
 
 #[test]
