@@ -3,6 +3,7 @@
 use proximity::{NoInside, ProximityError};
 use response::{ParameterError, ResponseError};
 use scene::SceneError;
+use surface::SurfaceError;
 use surface::progress::Interrupted;
 
 /// Failure of overlap removal.
@@ -45,6 +46,14 @@ pub enum ResolveError {
     Polygons {
         /// Name of the body.
         name: String,
+    },
+    /// A soft body would tear along edges whose vertices are not welded.
+    #[error("'{name}' would tear: {source}")]
+    Unwelded {
+        /// Name of the body.
+        name: String,
+        /// The first edge of such a seam.
+        source: SurfaceError,
     },
     /// A body that is to be uncrossed has no inside, or is not oriented.
     #[error("'{name}' cannot be uncrossed: {source}")]

@@ -99,6 +99,7 @@ impl Resolver {
     /// With soft bodies back where they were:
     /// - [`ResolveError::NoSuchVertex`] for a condition that is of another scene;
     /// - [`ResolveError::Polygons`] for a soft body of [`Scene::add_simplex`];
+    /// - [`ResolveError::Unwelded`] for a soft body that would tear, since its vertices are not welded;
     /// - [`ResolveError::Interrupted`] when the handler of `progress` ends the call;
     /// - [`ResolveError::Scene`] and [`ResolveError::Response`] for bodies that are too large,
     ///   or too far from the origin to compute with.

@@ -107,6 +107,7 @@ impl<'a> Run<'a> {
         if let Some(body) = scene.bodies().iter().find(|body| body.has_moving_centers()) {
             return Err(ResolveError::Polygons { name: body.name().to_owned() });
         }
+        check_welded(scene)?;
 
         // Overlaps at the start, by which later rounds are judged.
         let margin = detection_margin(&params);
@@ -454,6 +455,16 @@ impl<'a> Run<'a> {
         let progress = self.round_progress();
         self.near.update(self.scene, detection_margin(&self.params), moved, progress)
     }
+}
+
+/// Checks that no soft body would tear along edges whose vertices are not welded.
+fn check_welded(scene: &Scene) -> Result<(), ResolveError> {
+    for body in scene.bodies().iter().filter(|body| !body.is_rigid()) {
+        let is_welded = body.surface().require_welded(body.checked_positions());
+        is_welded
+            .map_err(|source| ResolveError::Unwelded { name: body.name().to_owned(), source })?;
+    }
+    Ok(())
 }
 
 /// Detects all contacts, and measures the overlaps with depths in brackets of a width.

@@ -12,6 +12,7 @@ mod planted;
 mod self_contact;
 mod set_aside;
 mod thigh;
+mod unwelded;
 
 use fixtures::Mesh;
 use glam::DVec3;
