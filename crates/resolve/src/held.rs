@@ -7,7 +7,7 @@ use surface::progress::Progress;
 
 use crate::exempt::Exempt;
 use crate::resolver::{move_soft_bodies, soft_positions};
-use crate::{BrokenLimit, GapObstacle, Obstacle, Resolution, ResolveError, Resolver};
+use crate::{BrokenLimit, GapObstacle, Obstacle, Remaining, Resolution, ResolveError, Resolver};
 
 impl Resolver {
     /// Removes overlaps with the pairs left as they are that an end names as having no side to be pushed to, if that
@@ -29,6 +29,32 @@ impl Resolver {
             *exempt = sideless;
         }
         Ok(end)
+    }
+
+    /// Removes overlaps with the pairs of soft bodies left as they are that remain, as that of a muscle that is there
+    /// twice, if that leaves less: they hold up others. `exempt` has these pairs then, too. Returns the limits that
+    /// bodies of theirs would break.
+    pub(crate) fn leave_soft_pairs(
+        &mut self,
+        scene: &mut Scene,
+        end: Resolution,
+        rest: &[Vec<DVec3>],
+        exempt: &mut Exempt,
+        progress: Progress<'_>,
+    ) -> Result<(Resolution, Vec<BrokenLimit>), ResolveError> {
+        let soft = end.soft_pairs(scene);
+        let with_soft = Exempt { pairs: [&exempt.pairs[..], &soft].concat(), ..exempt.clone() };
+        if self.params.keep_going || soft.is_empty() || !end.is_left_without(&with_soft) {
+            return Ok((end, Vec::new()));
+        }
+        let mut broken = end.broken_limits.clone();
+        broken.retain(|limit| soft.iter().any(|pair| pair.bodies().contains(&limit.body)));
+        let (end, is_better) = self.exempting(scene, end, rest, &with_soft, progress)?;
+        if !is_better {
+            return Ok((end, Vec::new()));
+        }
+        *exempt = with_soft;
+        Ok((end, broken))
     }
 
     /// Removes overlaps with the bodies held that left their limits, which would else hold up all others;
@@ -91,6 +117,17 @@ impl Resolution {
         for left in &self.remaining {
             if left.obstacle.is_sideless() {
                 pairs.push(left.pair);
+            }
+        }
+        pairs
+    }
+
+    /// Lists the pairs of two soft bodies that are left.
+    fn soft_pairs(&self, scene: &Scene) -> Vec<PairId> {
+        let mut pairs = Vec::new();
+        for Remaining { pair, .. } in &self.remaining {
+            if pair.bodies().iter().all(|body| !scene.body(*body).is_rigid()) {
+                pairs.push(*pair);
             }
         }
         pairs

@@ -62,6 +62,29 @@ fn a_muscle_that_is_there_twice_holds_up_no_other() {
     }
 }
 
+/// Copies of a muscle that is 1 deep in a bone have a side to be pushed to, but too far.
+#[test]
+fn a_muscle_that_is_there_twice_comes_free_of_bone_where_its_copies_do_not() {
+    for (radii, offset, obstacle, broken) in [
+        ([8.0, 8.0, 30.0], DVec3::X, Obstacle::Limits, 2),
+        ([30.0, 8.0, 8.0], 0.5 * DVec3::Z, Obstacle::Stuck, 0),
+    ] {
+        let bone = shapes::plate(DVec3::new(40.0, 40.0, 8.0), [8, 8]).translated(DVec3::Z * -4.0);
+        let muscle = shapes::ellipsoid(DVec3::from(radii), 2);
+        let muscle = muscle.translated((radii[2] - 1.0) * DVec3::Z);
+        let copy = muscle.clone().translated(offset);
+        let mut scene = scene_of([
+            ("bone", BodyKind::Rigid, bone),
+            ("one", BodyKind::Deformable, muscle),
+            ("copy", BodyKind::Deformable, copy),
+        ]);
+        let (resolution, left) = left(&mut scene, &PARAMS);
+        assert_eq!(left, [(pair("one", "copy"), obstacle)], "{radii:?}");
+        assert_eq!((resolution.resolved, resolution.broken_limits.len()), (false, broken));
+        assert!(resolution.bodies[1].max_displacement > 0.5, "{radii:?}");
+    }
+}
+
 #[test]
 fn a_skin_around_all_bodies_holds_up_none_of_them() {
     let plate = shapes::plate(DVec3::new(40.0, 40.0, 8.0), [8, 8]).translated(DVec3::Z * -4.0);
