@@ -122,11 +122,22 @@ impl Resolution {
         pairs
     }
 
-    /// Lists the pairs of two soft bodies that are left.
+    /// Lists the pairs of two soft bodies that are left: those with the most bodies beyond limits, since an earlier
+    /// state is kept where there are any, in which others still overlap.
     fn soft_pairs(&self, scene: &Scene) -> Vec<PairId> {
-        let mut pairs = Vec::new();
+        let (mut pairs, mut broken, mut most) = (Vec::new(), Vec::new(), 0);
+        self.add_broken_bodies(&mut broken);
         for Remaining { pair, .. } in &self.remaining {
-            if pair.bodies().iter().all(|body| !scene.body(*body).is_rigid()) {
+            let bodies = pair.bodies();
+            if bodies.iter().any(|body| scene.body(*body).is_rigid()) {
+                continue;
+            }
+            let count = bodies.iter().filter(|body| broken.contains(body)).count();
+            if count > most {
+                most = count;
+                pairs.clear();
+            }
+            if count == most {
                 pairs.push(*pair);
             }
         }
