@@ -138,7 +138,8 @@ fn a_model_is_written_as_one_file_with_all_of_its_parts() {
     let workshop = Workshop::new();
     workshop.write("knee.feb", knee().text());
     workshop.write("scene.toml", SCENE);
-    let arguments = ["scene.toml", "--gap", "0.05", "--out", "apart", "--json", "gap.json"];
+    let arguments =
+        ["scene.toml", "--gap", "0.05", "--no-report", "--out", "apart", "--json", "gap.json"];
     let run = workshop.run("resolve", &arguments);
     assert_eq!(run.status, 0, "{}{}", run.stdout, run.stderr);
     let mut files = workshop.listing();
@@ -190,7 +191,8 @@ fn parts_that_share_nodes_stay_attached() {
     let bone = Block::new(DVec3::new(4.0, 4.0, 2.0), [5, 5, 3]);
     model.add("bone", &bone.translated(DVec3::new(2.13, 1.97, 1.8)));
     workshop.write("layers.feb", model.text());
-    let arguments = ["layers.feb", "--rigid", "bone", "--gap", "0.05", "--out", "apart"];
+    let arguments =
+        ["layers.feb", "--rigid", "bone", "--gap", "0.05", "--no-report", "--out", "apart"];
     let run = workshop.run("resolve", &arguments);
     assert_eq!(run.status, 0, "{}{}", run.stdout, run.stderr);
     assert_eq!(run.stderr, "note: 'lower' and 'upper' share 81 nodes: they are tied there\n");
@@ -218,7 +220,8 @@ fn parts_that_share_nodes_stay_attached() {
     // A part that the scene has not may be attached, too.
     let body = |part: &str| format!("[[body]]\nfile = \"layers.feb\"\nparts = [\"{part}\"]\n");
     workshop.write("scene.toml", format!("{}kind = \"rigid\"\n{}", body("bone"), body("upper")));
-    let run = workshop.run("resolve", &["scene.toml", "--gap", "0.05", "--out", "again"]);
+    let run =
+        workshop.run("resolve", &["scene.toml", "--gap", "0.05", "--no-report", "--out", "again"]);
     assert_eq!(run.status, 0, "{}{}", run.stdout, run.stderr);
     let warning = " of 'lower' move, which is no body of the scene\n";
     assert!(run.stderr.contains(warning), "{}", run.stderr);
@@ -240,7 +243,8 @@ fn nodes_of_rigid_parts_stay_in_soft_ones() {
     let rigid = "kind = \"rigid\"\n";
     let ignored = "[[ignore]]\na = \"tissue\"\nb = \"pin\"\n";
     workshop.write("scene.toml", format!("{tissue}{pin}{rigid}{bone}{rigid}{ignored}"));
-    let run = workshop.run("resolve", &["scene.toml", "--gap", "0.005", "--out", "apart"]);
+    let run =
+        workshop.run("resolve", &["scene.toml", "--gap", "0.005", "--no-report", "--out", "apart"]);
     assert_eq!(run.status, 0, "{}{}", run.stdout, run.stderr);
 
     let nodes = |file: &str, part: &str| {
@@ -270,7 +274,8 @@ fn a_file_is_one_by_any_path() {
             SCENE.replacen("\"knee.feb\"\nparts = [\"c", &format!("\"{path}\"\nparts = [\"c"), 1);
         assert_ne!(scene, SCENE);
         workshop.write("scene.toml", &scene);
-        let run = workshop.run("resolve", &["scene.toml", "--gap", "0.05", "--out", "apart"]);
+        let run = workshop
+            .run("resolve", &["scene.toml", "--gap", "0.05", "--no-report", "--out", "apart"]);
         assert_eq!(run.status, 0, "{path}: {}{}", run.stdout, run.stderr);
         assert!(run.stderr.contains("'bone' and 'cartilage' share 81 nodes"), "{}", run.stderr);
         let mut files = workshop.listing();
@@ -327,7 +332,8 @@ fn nodes_of_several_soft_parts_stay_in_one_place() {
         let bone = Block::new(DVec3::new(4.0, 4.0, 2.0), [5, 5, 3]);
         model.add("bone", &bone.translated(DVec3::new(2.13, 1.97, 1.8)));
         workshop.write("layers.feb", model.text());
-        let options = ["layers.feb", "--rigid", "bone", "--gap", "0.05", "--out", "apart"];
+        let options =
+            ["layers.feb", "--rigid", "bone", "--gap", "0.05", "--no-report", "--out", "apart"];
         let run = workshop.run("resolve", &options);
         assert_eq!(run.status, 0, "{}{}", run.stdout, run.stderr);
         let check = workshop.check(&["apart/layers.feb", "--rigid", "bone"]);

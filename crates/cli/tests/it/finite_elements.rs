@@ -153,7 +153,8 @@ fn quadratic_elements_stay_straight_and_attached() {
                   [[body]]\nfile = \"muscle.inp\"\nkind = \"deformable\"\n";
     let resolved = |scene: &str, folder: &str| {
         workshop.write("scene.toml", scene);
-        let run = workshop.run("resolve", &["scene.toml", "--gap", "0.02", "--out", folder]);
+        let run = workshop
+            .run("resolve", &["scene.toml", "--gap", "0.02", "--no-report", "--out", folder]);
         assert_eq!(run.status, 0, "{}{}", run.stdout, run.stderr);
         let path = workshop.path(&format!("{folder}/muscle.inp"));
         mesh_io::read_mesh(&path).expect("straight edges").volume.expect("a volume mesh")
