@@ -405,7 +405,7 @@ fn cubes_with_needles() -> Vec<(Mesh, f64)> {
     let turned = cube.clone().rotated(DVec3::new(1.0, 2.0, 3.0), 1.0 / 6.0);
     let mut cubes = vec![(cube, 0.0), (turned.clone(), 0.0)];
     let mut random = Random(11);
-    for _ in 0..5 {
+    for _ in 0..2 {
         cubes.push((turned.clone().translated(vector(&mut random, 1e6)), 1e-8));
     }
     cubes
