@@ -40,7 +40,7 @@ pub struct Mesh {
     pub skipped: Option<SkippedElements>,
     /// Space of the positions, where the file states one.
     pub space: Option<Space>,
-    /// Number of each vertex in the file, where vertices are nodes: those of an MSH, INP or VTU file; `None`
+    /// Number of each vertex in the file, where vertices are nodes: those of an MSH, INP, FEB, VTU or VTK file; `None`
     /// where they are counted from 0.
     pub vertex_numbers: Option<Vec<u64>>,
     /// Index of each vertex among all nodes of the file, where the mesh is a part of it.

@@ -25,9 +25,9 @@ pub enum MeshFormat {
     Vtp,
 }
 
-/// Maximum distance of a VTK file's opening tag from its start, behind an XML
-/// declaration and comments.
-const VTK_TAG_WITHIN: usize = 1024;
+/// Maximum distance of an XML file's opening tag from its start, behind a declaration
+/// and comments.
+const XML_TAG_WITHIN: usize = 1024;
 
 impl MeshFormat {
     const ALL: [Self; 5] = [Self::Obj, Self::Off, Self::Ply, Self::Stl, Self::Vtp];
@@ -93,7 +93,7 @@ pub(crate) enum FileFormat {
 impl FileFormat {
     /// Returns the format by the content, or else by the extension.
     pub(crate) fn recognize(bytes: &[u8], extension: &str) -> Result<Self, ReadError> {
-        let head = &bytes[..bytes.len().min(VTK_TAG_WITHIN)];
+        let head = &bytes[..bytes.len().min(XML_TAG_WITHIN)];
         let holds = |tag: &[u8]| head.windows(tag.len()).any(|window| window == tag);
         if bytes.is_empty() {
             return Err(ReadError::Empty);

@@ -47,11 +47,14 @@ pub(super) fn is_rewritten(body: &BodyDescription) -> bool {
     body.placement.is_none() && body.path.is_file()
 }
 
+/// Returns the extension of a path, empty where there is none.
 pub(super) fn extension(path: &Path) -> String {
     path.extension().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 impl BodyFile {
+    /// Completes the file of a body, and moves the body to what it holds. `start` has the positions before overlap
+    /// removal.
     pub(super) fn complete(
         description: &BodyDescription,
         volume: Option<&Volume>,
@@ -96,6 +99,7 @@ impl BodyFile {
         Ok(file)
     }
 
+    /// Returns a file without a volume mesh.
     pub(super) fn new(content: Option<Vec<u8>>, start: &[DVec3], positions: &[DVec3]) -> Self {
         let displacements = difference(start, positions);
         Self { content, displacements, nodes: None, elements: None }

@@ -68,8 +68,8 @@ pub(super) fn complete_files(
     let mut files = Vec::new();
     let ids: Vec<BodyId> = loaded.scene.ids().collect();
     for numbers in loaded.description.bodies_by_file() {
-        let (first, bodies) = (numbers[0], numbers.iter().map(|&number| ids[number]));
-        let bodies: Vec<BodyId> = bodies.collect();
+        let first = numbers[0];
+        let bodies: Vec<BodyId> = numbers.into_iter().map(|number| ids[number]).collect();
         let of_file = if is_part(loaded, first) {
             complete_parts(loaded, &bodies, start, progress)?
         } else {

@@ -139,6 +139,30 @@ impl MovedPart {
         };
         Ok(Self { body, positions, followed })
     }
+
+    /// Returns start and end of every node of the part but those in the middle of edges.
+    fn moves(&self, loaded: &LoadedScene, start: &[DVec3]) -> Vec<(u32, DVec3, DVec3)> {
+        let mut moves = Vec::new();
+        let number = self.body.index();
+        match &loaded.volumes[number] {
+            Some(volume) => {
+                let ends = self.followed.as_ref().map_or(&volume.nodes, |moved| &moved.positions);
+                let middle = volume.mesh.middle_nodes();
+                let is_corner =
+                    |node: &u32| middle.binary_search_by_key(node, |middle| middle.node).is_err();
+                for node in volume.mesh.used_nodes().into_iter().filter(is_corner) {
+                    moves.push((node, volume.nodes[node as usize], ends[node as usize]));
+                }
+            }
+            None => {
+                let nodes = loaded.nodes[number].iter().flatten();
+                for ((&node, from), to) in nodes.zip(start).zip(&self.positions) {
+                    moves.push((node, *from, *to));
+                }
+            }
+        }
+        moves
+    }
 }
 
 /// Distance within which a node of two bodies is in one place \[mean edge length of soft bodies\], where it is inside
@@ -200,32 +224,6 @@ impl MovedNodes {
     fn moves(&self) -> BTreeMap<u32, DVec3> {
         let moved = self.nodes.iter().filter(|(_, ([from, to], _))| from != to);
         moved.map(|(&node, &([_, to], _))| (node, to)).collect()
-    }
-}
-
-impl MovedPart {
-    /// Returns start and end of every node of the part but those in the middle of edges.
-    fn moves(&self, loaded: &LoadedScene, start: &[DVec3]) -> Vec<(u32, DVec3, DVec3)> {
-        let mut moves = Vec::new();
-        let number = self.body.index();
-        match &loaded.volumes[number] {
-            Some(volume) => {
-                let ends = self.followed.as_ref().map_or(&volume.nodes, |moved| &moved.positions);
-                let middle = volume.mesh.middle_nodes();
-                let is_corner =
-                    |node: &u32| middle.binary_search_by_key(node, |middle| middle.node).is_err();
-                for node in volume.mesh.used_nodes().into_iter().filter(is_corner) {
-                    moves.push((node, volume.nodes[node as usize], ends[node as usize]));
-                }
-            }
-            None => {
-                let nodes = loaded.nodes[number].iter().flatten();
-                for ((&node, from), to) in nodes.zip(start).zip(&self.positions) {
-                    moves.push((node, *from, *to));
-                }
-            }
-        }
-        moves
     }
 }
 

@@ -95,6 +95,12 @@ const SCENE: &str = "[[body]]\nfile = \"knee.feb\"\nparts = [\"bone\"]\nkind = \
     [[body]]\nfile = \"knee.feb\"\nparts = [\"cartilage\"]\n\
     [[body]]\nname = \"disc\"\nfile = \"knee.feb\"\nparts = [\"meniscus\"]\n";
 
+/// Reads one part of a model.
+fn mesh_of(workshop: &Workshop, file: &str, part: &str) -> mesh_io::Mesh {
+    let meshes = mesh_io::read_parts(&workshop.path(file), &[&[part.to_owned()]]);
+    meshes.expect("a model").remove(0)
+}
+
 fn json(workshop: &Workshop, name: &str) -> Value {
     serde_json::from_str(&workshop.read(name)).expect("JSON")
 }
@@ -199,10 +205,7 @@ fn parts_that_share_nodes_stay_attached() {
 
     // Nodes of both have moved, and are of both as before.
     let parts = |file: &str| {
-        ["lower", "upper"].map(|part| {
-            let meshes = mesh_io::read_parts(&workshop.path(file), &[&[part.to_owned()]]);
-            meshes.expect("a mesh").remove(0).volume.expect("a volume mesh")
-        })
+        ["lower", "upper"].map(|part| mesh_of(&workshop, file, part).volume.expect("a volume mesh"))
     };
     let (before, after) = (parts("layers.feb"), parts("apart/layers.feb"));
     let [lower, upper] = after.each_ref().map(|volume| volume.mesh.used_nodes());
@@ -247,10 +250,7 @@ fn nodes_of_rigid_parts_stay_in_soft_ones() {
         workshop.run("resolve", &["scene.toml", "--gap", "0.005", "--no-report", "--out", "apart"]);
     assert_eq!(run.status, 0, "{}{}", run.stdout, run.stderr);
 
-    let nodes = |file: &str, part: &str| {
-        let meshes = mesh_io::read_parts(&workshop.path(file), &[&[part.to_owned()]]);
-        meshes.expect("a mesh").remove(0).positions
-    };
+    let nodes = |file: &str, part: &str| mesh_of(&workshop, file, part).positions;
     for (part, stays) in [("pin", true), ("bone", true), ("tissue", false)] {
         let is_same = nodes("pin.feb", part) == nodes("apart/pin.feb", part);
         assert_eq!(is_same, stays, "{part}");
@@ -341,10 +341,7 @@ fn nodes_of_several_soft_parts_stay_in_one_place() {
 
         // Nodes of the file, and the ends of edges around those in the middle.
         for part in ["lower", "upper", "side"] {
-            let read = |file: &str| {
-                let meshes = mesh_io::read_parts(&workshop.path(file), &[&[part.to_owned()]]);
-                meshes.expect("a mesh").remove(0).volume.expect("a volume mesh")
-            };
+            let read = |file: &str| mesh_of(&workshop, file, part).volume.expect("a volume mesh");
             let [before, after] = ["layers.feb", "apart/layers.feb"].map(read);
             assert_eq!(after.mesh.quality(&after.nodes).inverted, 0, "{part}");
             assert_eq!(after.mesh.middle_nodes().is_empty(), !is_quadratic, "{part}");
