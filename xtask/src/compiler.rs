@@ -7,8 +7,6 @@
 use std::path::Path;
 use std::process::{Command, ExitCode};
 
-use crate::figures::set_one_unit;
-
 /// Sources, by the beginning of their paths, of test programs that compute so much themselves that
 /// they are optimized: reference implementations, and loops that are compiled where they are called.
 const OPTIMIZED: [&str; 9] = [
@@ -23,9 +21,10 @@ const OPTIMIZED: [&str; 9] = [
     "crates/surface/tests",
 ];
 
-/// Makes cargo call the compiler through this program.
+/// Makes cargo call the compiler through this program, with one unit per crate and without partial
+/// results, which takes a third less of its time where nothing is built again.
 pub(crate) fn set_compiler(command: &mut Command) {
-    set_one_unit(command);
+    command.env("CARGO_INCREMENTAL", "0").env("CARGO_PROFILE_DEV_CODEGEN_UNITS", "1");
     if let Ok(program) = std::env::current_exe() {
         command.env("RUSTC_WORKSPACE_WRAPPER", program);
     }

@@ -26,18 +26,16 @@ const TIME_UNITS: [&str; 4] = ["ns", "us", "ms", "s"];
 
 /// Arguments of cargo that build `benches` for verification, without charts and other libraries.
 ///
-/// The settings are those of a release, by the name of the profile of tests, and the features those
-/// of the whole workspace: cargo then takes the libraries of others from the build of the tests.
+/// The features are those of the program, which is named for their sake: cargo then takes all
+/// libraries from its build, if there is one, as from the first command of the README.
 const WITHOUT_PEERS: &[&str] = &[
+    "--release",
     "--locked",
-    "--workspace",
+    "-p=cli",
+    "-p=benches",
     "--bin=benches",
     "--no-default-features",
     "--features=benches/figures",
-    "--config=profile.dev.opt-level=3",
-    "--config=profile.dev.debug-assertions=false",
-    "--config=profile.dev.overflow-checks=false",
-    "--config=profile.dev.package.benches.opt-level=3",
 ];
 
 /// Arguments that build it with other libraries, as users build it.
@@ -152,12 +150,6 @@ fn build_program(root: &Path, package: &[&str]) -> Result<PathBuf, String> {
     let mut command = Command::new("cargo");
     command.args(["build", "--quiet", "--message-format=json-render-diagnostics"]).args(package);
     command.current_dir(root);
-    if package == WITHOUT_PEERS {
-        set_one_unit(&mut command);
-        for name in crates(root)? {
-            command.arg(format!("--config=profile.dev.package.{name}.opt-level=3"));
-        }
-    }
 
     // Messages of the compiler are for reading; that about the last target names the program.
     let mut program = None;
@@ -174,27 +166,6 @@ fn build_program(root: &Path, package: &[&str]) -> Result<PathBuf, String> {
         Some(program) if status.success() => Ok(program),
         _ => Err(format!("the build of benches ended with {status}")),
     }
-}
-
-/// Sets what takes a third less of the compiler's time where nothing is built again: one unit per
-/// crate, and no partial results.
-pub(crate) fn set_one_unit(command: &mut Command) {
-    command.env("CARGO_INCREMENTAL", "0").env("CARGO_PROFILE_DEV_CODEGEN_UNITS", "1");
-}
-
-/// Returns the names of all crates, which are those of their folders: tests may have settings of
-/// their own for any of them.
-fn crates(root: &Path) -> Result<Vec<String>, String> {
-    let mut names = Vec::new();
-    for folder in root.join("crates").read_dir().map_err(cannot_list)? {
-        names.push(folder.map_err(cannot_list)?.file_name().to_string_lossy().into_owned());
-    }
-    names.sort_unstable();
-    Ok(names)
-}
-
-fn cannot_list(error: std::io::Error) -> String {
-    format!("crates cannot be listed: {error}")
 }
 
 /// Runs the figures of the named crates, or of all, in little time, those of two crates at a time.
@@ -393,14 +364,6 @@ mod tests {
         assert_eq!(verdict(figure(1.0, None, "", None)), Verdict::Unbounded);
         assert_eq!(verdict(figure(300.0, None, "us", Some(100.0))), Verdict::Unbounded);
         assert_eq!(verdict(figure(3.0, Some(100.0), "us", Some(1.0))), Verdict::Failed);
-    }
-
-    #[test]
-    fn crates_are_those_of_the_workspace() {
-        let names = crates(&crate::root()).unwrap();
-        assert!(names.is_sorted() && names.len() > 15, "{names:?}");
-        assert!(["ccd", "kdop", "resolve"].iter().all(|name| names.contains(&(*name).to_owned())));
-        assert!(crates(Path::new("/no/such/folder")).is_err());
     }
 
     #[test]
