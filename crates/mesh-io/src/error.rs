@@ -171,8 +171,14 @@ pub enum ReadError {
         known: Vec<String>,
     },
     /// A format has no parts by name.
-    #[error("has no parts that can be named: only FEBio models do")]
+    #[error("has no parts that can be named: only FEBio models and Abaqus input files do")]
     NoParts,
+    /// A node moves that several instances of a part have.
+    #[error("the part {part} has several instances and one set of coordinates: save a part for each one that moves", part = quoted(.part))]
+    SharedPart {
+        /// Name of the part.
+        part: String,
+    },
     /// An edge of a quadratic element is curved.
     #[error(
         "node {node} is {offset} off the middle between nodes {a} and {b}, which are {length} apart: edges of quadratic elements must be straight, within a thousandth of their length; save linear elements",

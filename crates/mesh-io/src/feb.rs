@@ -247,7 +247,9 @@ impl<'a> Model<'a> {
             ElementType::Line | ElementType::Unknown => {
                 let nodes = indices(numbers.len())?;
                 let part = content.part(part);
-                part.lines += usize::from(matches!(element_type, ElementType::Line));
+                if let ElementType::Line = element_type {
+                    part.skipped.add("line");
+                }
                 part.other_nodes.extend(nodes);
             }
         }

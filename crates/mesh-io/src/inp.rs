@@ -1,29 +1,24 @@
-//! Abaqus input files: nodes, tetrahedra (`C3D4`, `C3D10`), wedges (`C3D6`, `C3D15`) and hexahedra (`C3D8`,
-//! `C3D20`) of one part, or its shells, membranes, rigid and plane elements of three or four nodes.
+//! Nodes and elements of Abaqus input files: tetrahedra (`C3D4`, `C3D10`), wedges (`C3D6`, `C3D15`) and hexahedra
+//! (`C3D8`, `C3D20`), or shells, membranes, rigid and plane elements of three or four nodes.
 //!
 //! This reader is not a crate's: there is none, and a file is written again with other coordinates
 //! and all else as it was. Solids of other physics and continuum shells count as solids of their
 //! shape. Elements without volume beside solids, and those of unknown types, are skipped and counted;
 //! reference points of the assembly are skipped. Solids of other shapes are refused, and so are files
-//! whose nodes are generated, included, or placed by more than one part or instance.
+//! whose nodes are generated or included. Parts and instances are those of `inp_model`.
 //!
 //! Source: "Abaqus Keywords Reference Guide", `*NODE` and `*ELEMENT`; "Input syntax rules"; "Abaqus
 //! Elements Guide", continuum elements.
 
-use std::collections::BTreeMap;
+use std::collections::HashMap;
 
-use crate::error::Format;
-use crate::mesh::{Mesh, Polygons};
-use crate::solid::{NumberedCells, Solid};
-use crate::text::{Line, Lines, number, placed_fields, quoted};
+use crate::inp_outline::{INP, label};
+use crate::parts::Part;
+use crate::solid::Solid;
+use crate::text::{Line, number, placed_fields, quoted};
 use crate::text_nodes::TextNodes;
 use crate::volume::MeshElements;
-use crate::{FilePlace, ReadError, SkippedElements};
-
-const INP: Format = Format {
-    name: "INP",
-    remedy: "save it as one part with its nodes and elements, of a solid or a surface, in one file",
-};
+use crate::{FilePlace, ReadError};
 
 /// Keywords by which nodes or elements come from elsewhere, or coordinates belong to other axes.
 const GENERATING: [&str; 8] =
@@ -43,26 +38,66 @@ const SURFACES: [&str; 9] = ["S", "STRI", "DS", "M3D", "R3D", "SFM3D", "F3D", "C
 const OTHER_VOLUMES: [&str; 8] =
     ["EC3D", "EMC3D", "FC3D", "CIN3D", "ACIN3D", "COH3D", "GK3D", "CCL"];
 
-/// Reads the nodes and elements of an input file.
-pub(crate) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
-    let mut content = parse_content(bytes, MeshElements::Cells)?;
-    if content.cells.is_empty() {
-        content = parse_content(bytes, MeshElements::Polygons)?;
-    }
-    let InpContent { nodes, cells, polygons, skipped, .. } = content;
-
-    // Of what there is no mesh, the first type is named.
-    let has_mesh = !cells.is_empty() || !polygons.is_empty();
-    if let (false, Some(kind)) = (has_mesh, skipped.counts.keys().next()) {
-        return Err(unsupported_type(kind));
-    }
-    let mesh = Mesh::of_elements(nodes.numbered, cells, &polygons, &BTreeMap::new())?;
-    Ok(Mesh { skipped: skipped.if_any(), ..mesh })
+/// Way in which elements are sorted into parts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Sorting {
+    /// One part, the mesh of which is wanted: elements that cannot be read are refused.
+    #[default]
+    Wanted,
+    /// One part: elements that cannot be read are refused where it is wanted.
+    Part,
+    /// A part per element set, behind one of the elements without a set.
+    Sets,
 }
 
-/// Reads the nodes with the places of their coordinates.
-pub(crate) fn parse_nodes(bytes: &[u8]) -> Result<TextNodes, ReadError> {
-    Ok(parse_content(bytes, MeshElements::Cells)?.nodes)
+/// Content of some lines: nodes, and parts that elements are of.
+#[derive(Debug, Default)]
+pub(crate) struct InpContent {
+    pub(crate) nodes: TextNodes,
+    pub(crate) parts: Vec<Part>,
+}
+
+/// Reads nodes and elements from lines.
+pub(crate) fn parse_content<'a>(
+    lines: impl Iterator<Item = Line<'a>>,
+    elements: MeshElements,
+    sorting: Sorting,
+) -> Result<InpContent, ReadError> {
+    let mut reader = InpReader { elements, sorting, ..InpReader::default() };
+    reader.content.parts.push(Part::default());
+    let (mut block, mut last) = (Block::Skipped, 0);
+    for line in lines {
+        last = line.number;
+        let text = line.text.trim_ascii();
+        if text.is_empty() || text.starts_with(b"**") {
+            continue;
+        }
+        if text.starts_with(b"*") {
+            reader.check_complete(line.number)?;
+            reader.is_skipping = false;
+            block = reader.keyword(text)?;
+            continue;
+        }
+        // Data lines belong to the last keyword.
+        match block {
+            Block::Nodes => reader.read_node(&line)?,
+            Block::OtherElements => reader.skip_element(&line),
+            Block::Skipped => {}
+            Block::Solids(solid) => reader.read_element(&line, solid.node_count(), block)?,
+            Block::Polygons(corners) => reader.read_element(&line, corners, block)?,
+        }
+    }
+    reader.check_complete(last)?;
+    Ok(reader.content)
+}
+
+/// Returns the refusal of elements that cannot be read.
+pub(crate) fn unsupported_type(kind: &str) -> ReadError {
+    INP.unsupported(unsupported_feature(kind))
+}
+
+fn unsupported_feature(kind: &str) -> String {
+    format!("elements of type {}", quoted(kind))
 }
 
 /// Meaning of the data lines below a keyword.
@@ -74,65 +109,34 @@ enum Block {
     Polygons(usize),
     /// Elements of a type that is no part of the mesh.
     OtherElements,
-    /// Way in which an instance is placed.
-    Placement,
     Skipped,
 }
 
-/// Content of a file, as far as it is read.
+/// Reader of nodes and elements.
 #[derive(Debug, Default)]
-struct InpContent {
+struct InpReader {
     elements: MeshElements,
-    nodes: TextNodes,
-    cells: NumberedCells,
-    polygons: Polygons,
-    parts: usize,
-    instances: usize,
+    sorting: Sorting,
+    content: InpContent,
+    /// Number of the part of the elements that are read.
+    part: usize,
+    /// Numbers of the parts of element sets, by their names in upper case.
+    parts_of_sets: HashMap<String, usize>,
     /// Part of the assembly, outside its instances.
     is_in_assembly: bool,
     /// Number and nodes of an element whose data lines go on.
     element: Vec<u64>,
-    skipped: SkippedElements,
     /// Type of elements that are skipped.
     skipped_kind: String,
     /// True if the data lines of a skipped element go on.
     is_skipping: bool,
 }
 
-fn parse_content(bytes: &[u8], elements: MeshElements) -> Result<InpContent, ReadError> {
-    let mut content = InpContent { elements, ..InpContent::default() };
-    let (mut block, mut last) = (Block::Skipped, 0);
-    for line in Lines::new(bytes) {
-        last = line.number;
-        let text = line.text.trim_ascii();
-        if text.is_empty() || text.starts_with(b"**") {
-            continue;
-        }
-        if text.starts_with(b"*") {
-            content.check_complete(line.number)?;
-            content.is_skipping = false;
-            block = content.keyword(text)?;
-            continue;
-        }
-        // Data lines belong to the last keyword.
-        match block {
-            Block::Nodes => content.read_node(&line)?,
-            Block::OtherElements => content.skip_element(&line),
-            Block::Placement => return Err(INP.unsupported("an instance that is placed anew")),
-            Block::Skipped => {}
-            Block::Solids(solid) => content.read_element(&line, solid.node_count(), block)?,
-            Block::Polygons(corners) => content.read_element(&line, corners, block)?,
-        }
-    }
-    content.check_complete(last)?;
-    Ok(content)
-}
-
-impl InpContent {
+impl InpReader {
     /// Begins the block of a keyword line.
-    fn keyword(&mut self, text: &[u8]) -> Result<Block, ReadError> {
+    fn keyword(&mut self, line: &[u8]) -> Result<Block, ReadError> {
         // Blanks and case do not matter.
-        let mut text = String::from_utf8_lossy(text).to_ascii_uppercase();
+        let mut text = String::from_utf8_lossy(line).to_ascii_uppercase();
         text.retain(|character| !character.is_whitespace());
         let mut words = text[1..].split(',');
         let keyword = words.next().unwrap_or_default();
@@ -148,30 +152,19 @@ impl InpContent {
                 let Some(kind) = words.find_map(|word| word.strip_prefix("TYPE=")) else {
                     return Err(INP.unsupported("a line *ELEMENT without a type"));
                 };
-                // Of an assembly's elements, whose nodes are its own, solids alone are missed.
-                let mut block = element_block(kind, self.elements)?;
-                if self.is_in_assembly && block != Block::OtherElements {
-                    if self.elements == MeshElements::Cells {
-                        return Err(INP.unsupported("solid elements of an assembly"));
-                    }
-                    block = Block::OtherElements;
+                if self.sorting == Sorting::Sets {
+                    self.part = self.part_of_set(label(line, "ELSET"));
                 }
                 kind.clone_into(&mut self.skipped_kind);
-                Ok(block)
+                self.begin_elements(kind)
             }
             "ASSEMBLY" | "ENDASSEMBLY" | "ENDINSTANCE" => {
                 self.is_in_assembly = keyword != "ENDASSEMBLY";
                 Ok(Block::Skipped)
             }
             "PART" | "INSTANCE" => {
-                let is_part = keyword == "PART";
                 self.is_in_assembly = false;
-                self.parts += usize::from(is_part);
-                self.instances += usize::from(!is_part);
-                if self.parts > 1 || self.instances > 1 {
-                    return Err(INP.unsupported("more than one part or instance"));
-                }
-                Ok(if is_part { Block::Skipped } else { Block::Placement })
+                Ok(Block::Skipped)
             }
             _ if GENERATING.contains(&keyword) => {
                 Err(INP.unsupported(format!("the keyword {}", quoted(keyword))))
@@ -180,12 +173,43 @@ impl InpContent {
         }
     }
 
+    /// Returns the block of elements of a type.
+    fn begin_elements(&mut self, kind: &str) -> Result<Block, ReadError> {
+        let Some(block) = element_block(kind, self.elements) else {
+            if self.sorting == Sorting::Wanted {
+                return Err(unsupported_type(kind));
+            }
+            let part = &mut self.content.parts[self.part];
+            part.unsupported.get_or_insert_with(|| unsupported_feature(kind));
+            return Ok(Block::OtherElements);
+        };
+
+        // Of an assembly's elements, whose nodes are its own, solids alone are missed.
+        if !self.is_in_assembly || block == Block::OtherElements {
+            return Ok(block);
+        }
+        match self.elements {
+            MeshElements::Cells => Err(INP.unsupported("solid elements of an assembly")),
+            MeshElements::Polygons => Ok(Block::OtherElements),
+        }
+    }
+
+    /// Returns the number of the part of an element set, a new one where there is none yet.
+    fn part_of_set(&mut self, name: Option<String>) -> usize {
+        let Some(name) = name else { return 0 };
+        let parts = &mut self.content.parts;
+        *self.parts_of_sets.entry(name.to_ascii_uppercase()).or_insert_with(|| {
+            parts.push(Part::named(&name));
+            parts.len() - 1
+        })
+    }
+
     fn read_node(&mut self, line: &Line<'_>) -> Result<(), ReadError> {
         let mut fields = placed_fields(line.text, line.start, b',');
         let Some(node) = fields.next().and_then(|field| number(field.text)) else {
             return Err(INP.on_line(line.number, "a node begins with its number"));
         };
-        self.nodes.push(&INP, &FilePlace::Line(line.number), node, fields)
+        self.content.nodes.push(&INP, &FilePlace::Line(line.number), node, fields)
     }
 
     /// Reads a line of an element of some nodes, which may continue the line above.
@@ -212,20 +236,30 @@ impl InpContent {
             return Ok(());
         }
         let Some((&number, nodes)) = self.element.split_first() else { return Ok(()) };
-        let nodes = self.nodes.indices(&INP, &FilePlace::Line(line.number), nodes, node_count)?;
+        let at = FilePlace::Line(line.number);
+        let nodes = self.content.nodes.indices(&INP, &at, nodes, node_count)?;
+        let part = &mut self.content.parts[self.part];
         if let Block::Solids(solid) = block {
-            self.cells.push(number, solid, &nodes);
+            part.cells.push(number, solid, &nodes);
         } else {
-            self.polygons.push_nodes(&nodes);
+            part.polygons.push_nodes(&nodes);
         }
         self.element.clear();
         Ok(())
     }
 
-    /// Counts an element of which this is the first line.
+    /// Counts an element of which this is the first line, and lists the nodes of a line.
     fn skip_element(&mut self, line: &Line<'_>) {
+        let InpContent { nodes, parts } = &mut self.content;
+        let part = &mut parts[self.part];
+        let fields =
+            placed_fields(line.text, line.start, b',').skip(usize::from(!self.is_skipping));
+        if !self.is_in_assembly {
+            let known = fields.filter_map(|field| nodes.index(number(field.text)?));
+            part.other_nodes.extend(known);
+        }
         if !self.is_skipping {
-            self.skipped.add(&self.skipped_kind);
+            part.skipped.add(&self.skipped_kind);
         }
         self.is_skipping = line.text.trim_ascii_end().ends_with(b",");
     }
@@ -251,25 +285,26 @@ fn check_parameters<'a>(words: impl Iterator<Item = &'a str>) -> Result<(), Read
 }
 
 /// Returns the block of an element type; letters behind the shape concern the integration.
-fn element_block(kind: &str, elements: MeshElements) -> Result<Block, ReadError> {
+/// `None` of those that cannot be read.
+fn element_block(kind: &str, elements: MeshElements) -> Option<Block> {
     let shapes = SOLIDS.iter().filter_map(|family| kind.strip_prefix(family));
     let mut shapes = shapes.map(|shape| shape.trim_end_matches(|c: char| c.is_ascii_alphabetic()));
     let is_other = OTHER_VOLUMES.iter().any(|family| kind.starts_with(family));
     match shapes.next() {
-        Some("4") => Ok(Block::Solids(Solid::TETRAHEDRON)),
-        Some("6") => Ok(Block::Solids(Solid::WEDGE)),
-        Some("8") => Ok(Block::Solids(Solid::HEXAHEDRON)),
-        Some("10") => Ok(Block::Solids(Solid::QUADRATIC_TETRAHEDRON)),
-        Some("15") => Ok(Block::Solids(Solid::QUADRATIC_WEDGE)),
-        Some("20") => Ok(Block::Solids(Solid::QUADRATIC_HEXAHEDRON)),
+        Some("4") => Some(Block::Solids(Solid::TETRAHEDRON)),
+        Some("6") => Some(Block::Solids(Solid::WEDGE)),
+        Some("8") => Some(Block::Solids(Solid::HEXAHEDRON)),
+        Some("10") => Some(Block::Solids(Solid::QUADRATIC_TETRAHEDRON)),
+        Some("15") => Some(Block::Solids(Solid::QUADRATIC_WEDGE)),
+        Some("20") => Some(Block::Solids(Solid::QUADRATIC_HEXAHEDRON)),
         None if !is_other && elements == MeshElements::Polygons => match surface_nodes(kind) {
-            Some("3") => Ok(Block::Polygons(3)),
-            Some("4") => Ok(Block::Polygons(4)),
-            Some(_) => Err(unsupported_type(kind)),
-            None => Ok(Block::OtherElements),
+            Some("3") => Some(Block::Polygons(3)),
+            Some("4") => Some(Block::Polygons(4)),
+            Some(_) => None,
+            None => Some(Block::OtherElements),
         },
-        None if !is_other => Ok(Block::OtherElements),
-        _ => Err(unsupported_type(kind)),
+        None if !is_other => Some(Block::OtherElements),
+        _ => None,
     }
 }
 
@@ -280,109 +315,4 @@ fn surface_nodes(kind: &str) -> Option<&str> {
         let end = shape.find(|c: char| !c.is_ascii_digit()).unwrap_or(shape.len());
         (end > 0).then_some(&shape[..end])
     })
-}
-
-fn unsupported_type(kind: &str) -> ReadError {
-    INP.unsupported(format!("elements of type {}", quoted(kind)))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn coordinates_and_elements_that_stand_elsewhere_are_refused() {
-        let file = |node: &str, element: &str| {
-            let nodes = "1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n";
-            format!("{node}\n{nodes}*Element, type=C3D4\n7, 1, 2, 3, 4\n{element}\n")
-        };
-        for node in ["*Node", "*NODE, SYSTEM=R, NSET=all"] {
-            assert!(parse(file(node, "").as_bytes()).is_ok(), "{node}");
-        }
-        for (node, element, feature) in [
-            ("*Node, system = c", "", "the parameter 'SYSTEM=C' cannot be read"),
-            ("*System\n0, 0, 1\n*Node", "", "the keyword 'SYSTEM' cannot be read"),
-            ("*Node", "*Node, input=more.txt", "the parameter 'INPUT=MORE.TXT' cannot be read"),
-            ("*Node", "*Element, type=C3D4, input=a", "the parameter 'INPUT=A' cannot be read"),
-            ("*Node", "*Element,\n type=C3D4\n", "*ELEMENT without a type cannot be read"),
-        ] {
-            let refusal = parse(file(node, element).as_bytes()).expect_err(feature).to_string();
-            assert!(refusal.contains(feature), "{refusal}");
-        }
-    }
-
-    /// A tetrahedron, a file with `before` it, and `behind` it.
-    fn around(before: &str, behind: &str) -> String {
-        let nodes = "*Node\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n";
-        format!("{before}{nodes}*Element, type=C3D4\n7, 1, 2, 3, 4\n{behind}")
-    }
-
-    #[test]
-    fn solids_of_other_families_are_read_or_refused() {
-        let cells = |behind: &str| {
-            let mesh = parse(around("", behind).as_bytes());
-            mesh.map(|mesh| mesh.volume.map_or(0, |volume| volume.mesh.cells().len()))
-        };
-        for kind in ["C3D8P", "C3D8RPHT", "DC3D8E", "DCC3D8", "AC3D8R", "Q3D8", "SC8R", "CSS8"] {
-            let nodes = "*Node\n11,0,0,2\n12,1,0,2\n13,1,1,2\n14,0,1,2\n15,0,0,3\n16,1,0,3\n\
-                         17,1,1,3\n18,0,1,3\n";
-            let hexahedron =
-                format!("{nodes}*Element, type={kind}\n8, 11, 12, 13, 14, 15, 16, 17, 18\n");
-            assert_eq!(cells(&hexahedron).expect(kind), 2, "{kind}");
-        }
-        for kind in ["C3D6", "C3D6H", "AC3D6", "DC3D6", "Q3D6", "SC6R", "CSS6"] {
-            let nodes = "*Node\n11,0,0,2\n12,1,0,2\n13,1,1,2\n15,0,0,3\n16,1,0,3\n17,1,1,3\n";
-            let wedge = format!("{nodes}*Element, type={kind}\n8, 11, 12, 13, 15, 16, 17\n");
-            assert_eq!(cells(&wedge).expect(kind), 2, "{kind}");
-        }
-        for kind in ["AC3D4", "DC3D4", "Q3D4T"] {
-            let tetrahedron = format!("*Node\n9, 1, 1, 1\n*Element, type={kind}\n8, 2, 4, 3, 9\n");
-            assert_eq!(cells(&tetrahedron).expect(kind), 2, "{kind}");
-        }
-        for kind in [
-            "C3D5", "C3D27R", "AC3D5", "EC3D8R", "EMC3D8", "FC3D8", "CIN3D8", "ACIN3D4", "COH3D8",
-            "COH3D6", "GK3D8", "CCL12", "CSS12", "C3D",
-        ] {
-            let error = cells(&format!("*Element, type={kind}\n8, 1, 2, 3\n")).expect_err(kind);
-            assert!(error.to_string().contains(&format!("elements of type '{kind}'")), "{error}");
-        }
-        for kind in
-            ["S4R", "M3D4", "R3D3", "SFM3D4", "T3D2", "B31", "CONN3D2", "DCOUP3D", "CPE4", "U1"]
-        {
-            let behind = format!("*Element, type={kind}\n8, 1, 2,\n3\n9, 1, 2\n");
-            assert_eq!(cells(&behind).expect(kind), 1, "{kind}");
-            let skipped = parse(around("", &behind).as_bytes()).expect(kind).skipped;
-            let counts = skipped.expect(kind).counts;
-            assert_eq!(counts.into_iter().collect::<Vec<_>>(), [(kind.to_owned(), 2)]);
-        }
-        assert_eq!(parse(around("", "").as_bytes()).expect("a mesh").skipped, None);
-    }
-
-    /// An assembly numbers its reference points by itself.
-    #[test]
-    fn reference_points_of_an_assembly_are_left_out() {
-        let assembly = |inside: &str| {
-            let behind = format!(
-                "*End Part\n*Assembly, name=a\n*Instance, name=i, part=p\n*End Instance\n{inside}\
-                 *End Assembly\n*Nset, nset=late\n1,\n"
-            );
-            around("*Part, name=p\n", &behind)
-        };
-        let points = "*Node\n1, 5, 6, 7\n*Node, nset=point\n900, 5, 6, 7\n*Nset, nset=r\n1,\n\
-                      *Element, type=CONN3D2\n1, 1, i.3\n";
-        let content = assembly(points);
-        let volume = parse(content.as_bytes()).expect("a mesh").volume.expect("a volume");
-        assert_eq!(volume.node_numbers, [1, 2, 3, 4]);
-        assert_eq!(parse_nodes(content.as_bytes()).expect("nodes").places.len(), 4);
-
-        // Of an instance that has nodes of its own they are the mesh.
-        let own = around("*Part, name=p\n*End Part\n*Assembly\n*Instance, name=i, part=p\n", "");
-        let own = format!("{own}*End Instance\n*Node\n1, 5, 6, 7\n*End Assembly\n");
-        let volume = parse(own.as_bytes()).expect("a mesh").volume.expect("a volume");
-        assert_eq!(volume.nodes[0], glam::DVec3::ZERO);
-
-        let solid = assembly("*Element, type=C3D4\n8, 1, 2, 3, 4\n");
-        let error = parse(solid.as_bytes()).expect_err("elements without a part").to_string();
-        assert!(error.contains("solid elements of an assembly"), "{error}");
-    }
 }

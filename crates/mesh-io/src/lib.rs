@@ -10,7 +10,7 @@
 //! | VTU | volume mesh or surface, every encoding of VTK | yes | [`write_vtu`], with values per node |
 //! | VTK | volume mesh or surface, legacy files of VTK as text or binary | yes | [`replace_positions`] |
 //! | MSH | volume mesh or surface, text of versions 2 and 4.1 | yes | [`replace_positions`] |
-//! | INP | volume mesh or surface, one part | yes | [`replace_positions`] |
+//! | INP | volume mesh or surface, or parts of an Abaqus model | yes, [`read_parts`] | [`replace_positions`], [`move_nodes`] |
 //! | FEB | parts of an FEBio model: volume meshes or surfaces | [`read_parts`] | [`move_nodes`] |
 //! | OSIM | OpenSim model: meshes of its bodies | [`read_model`] | no |
 //! | NRRD | distance field, raw or gzip | yes | [`FieldFormat::encode`] |
@@ -46,6 +46,11 @@ mod error;
 mod feb;
 mod field;
 mod inp;
+mod inp_model;
+mod inp_outline;
+mod inp_placement;
+#[cfg(test)]
+mod inp_tests;
 mod mesh;
 mod mesh_format;
 mod msh;
@@ -81,9 +86,11 @@ pub use self::copy::Precision;
 pub use self::error::{FileError, FilePlace, ReadError};
 pub use self::field::FieldFormat;
 pub use self::mesh::{Mesh, Unread};
-pub use self::mesh_format::{MeshFormat, nodes_by_part, parse_mesh, parse_parts, part_names};
+pub use self::mesh_format::{
+    MeshFormat, instances_by_part, nodes_by_part, parse_mesh, parse_parts, part_names,
+};
 pub use self::osim::{ModelBody, ModelMesh, OpenSimModel};
-pub use self::replace::{coordinate_precision, move_nodes, replace_positions};
+pub use self::replace::{coordinate_precision, move_nodes, placement_rounding, replace_positions};
 pub use self::skipped::SkippedElements;
 pub use self::source::{MAX_FILE_BYTES, MAX_STREAM_BYTES, read_file, read_text, separator_advice};
 pub use self::space::Space;

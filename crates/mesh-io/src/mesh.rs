@@ -100,10 +100,15 @@ impl Polygons {
         self.ends.iter().map(move |&end| &self.corners[std::mem::replace(&mut start, end)..end])
     }
 
-    /// Adds all polygons of others behind its own.
-    pub(crate) fn append(&mut self, others: &Self) {
+    /// Returns the number of polygons.
+    pub(crate) fn len(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// Adds all polygons of others behind its own, with `shift` added to their corners.
+    pub(crate) fn append(&mut self, others: &Self, shift: u32) {
         for corners in others.iter() {
-            self.push(corners.iter().copied());
+            self.push(corners.iter().map(|&corner| corner + i64::from(shift)));
         }
     }
 
@@ -189,7 +194,8 @@ impl Mesh {
 
         let (positions, faces) = (boundary.positions(&nodes), boundary.faces.clone());
         let numbers = boundary.nodes.iter().map(|&node| node_numbers[node as usize]).collect();
-        let volume = Volume { mesh, nodes, boundary, node_numbers, cell_numbers: cells.numbers };
+        let cell_numbers = cells.numbers;
+        let volume = Volume { mesh, nodes, boundary, node_numbers, cell_numbers, first_node: 0 };
         let mesh = Self::new(positions, faces);
         Ok(Self { vertex_numbers: Some(numbers), volume: Some(volume), ..mesh })
     }

@@ -5,9 +5,10 @@ use std::path::Path;
 
 use glam::DVec3;
 
+use crate::inp_model::{self, InpModel};
 use crate::text::split_mark;
 use crate::vtk::{is_legacy, parse_legacy, parse_vtp, parse_vtu, write_vtp};
-use crate::{Mesh, ReadError, Space, extension, feb, inp, msh, obj, off, ply, stl};
+use crate::{Mesh, ReadError, Space, extension, feb, msh, obj, off, ply, stl};
 
 /// File format of a triangle mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -152,7 +153,7 @@ pub fn parse_mesh(bytes: &[u8], extension: &str) -> Result<Mesh, ReadError> {
         FileFormat::Vtu => parse_vtu(bytes),
         FileFormat::Vtk => parse_legacy(bytes),
         FileFormat::Msh => msh::parse(bytes),
-        FileFormat::Inp => inp::parse(bytes),
+        FileFormat::Inp => inp_model::parse(bytes),
         FileFormat::Feb => feb::parse(bytes)?.mesh(&[]),
     }
 }
@@ -169,14 +170,16 @@ pub fn parse_parts(
     bodies: &[&[String]],
 ) -> Result<Vec<Mesh>, ReadError> {
     let (_, content) = split_mark(bytes);
-    if FileFormat::recognize(content, extension)? == FileFormat::Feb {
-        let model = feb::parse(content)?;
-        return bodies.iter().map(|parts| model.mesh(parts)).collect();
+    let has_names = bodies.iter().any(|parts| !parts.is_empty());
+    match FileFormat::recognize(content, extension)? {
+        FileFormat::Feb => {
+            let model = feb::parse(content)?;
+            bodies.iter().map(|parts| model.mesh(parts)).collect()
+        }
+        FileFormat::Inp if has_names => inp_model::parse_parts(content, bodies),
+        _ if has_names => Err(ReadError::NoParts),
+        _ => bodies.iter().map(|_| parse_mesh(bytes, extension)).collect(),
     }
-    if bodies.iter().any(|parts| !parts.is_empty()) {
-        return Err(ReadError::NoParts);
-    }
-    bodies.iter().map(|_| parse_mesh(bytes, extension)).collect()
 }
 
 /// Returns the nodes of each part by its name, whatever its elements are, by their indices among all nodes of the
@@ -192,11 +195,30 @@ pub fn nodes_by_part(
     let (_, content) = split_mark(bytes);
     match FileFormat::recognize(content, extension)? {
         FileFormat::Feb => Ok(feb::parse(content)?.nodes_by_part()),
+        FileFormat::Inp => Ok(InpModel::read(content)?.nodes_by_part()),
         _ => Ok(BTreeMap::new()),
     }
 }
 
-/// Returns the names of the parts that are meshes, none in a format without parts.
+/// Returns the names of the instances that have the nodes of a part, by its name: of an Abaqus file with several
+/// parts or instances, those without nodes of their own.
+///
+/// # Errors
+///
+/// The reason, where the content does not follow its format.
+pub fn instances_by_part(
+    bytes: &[u8],
+    extension: &str,
+) -> Result<BTreeMap<String, Vec<String>>, ReadError> {
+    let (_, content) = split_mark(bytes);
+    match FileFormat::recognize(content, extension)? {
+        FileFormat::Inp => inp_model::instances_by_part(content),
+        _ => Ok(BTreeMap::new()),
+    }
+}
+
+/// Returns the names of the parts that are meshes, none in a format without parts, and of an Abaqus file that is one
+/// body: with one part or instance, or with element sets alone, each of which can be named as a part.
 ///
 /// # Errors
 ///
@@ -205,6 +227,7 @@ pub fn part_names(bytes: &[u8], extension: &str) -> Result<Vec<String>, ReadErro
     let (_, content) = split_mark(bytes);
     match FileFormat::recognize(content, extension)? {
         FileFormat::Feb => Ok(feb::parse(content)?.names()),
+        FileFormat::Inp => inp_model::part_names(content),
         _ => Ok(Vec::new()),
     }
 }

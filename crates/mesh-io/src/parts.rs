@@ -1,16 +1,17 @@
 //! Parts of files with several bodies over one list of nodes.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use volume_mesh::Cell;
 
-use crate::ReadError;
 use crate::error::Format;
 use crate::mesh::{Mesh, Polygons};
 use crate::solid::NumberedCells;
 use crate::text::quoted;
 use crate::text_nodes::TextNodes;
 use crate::volume::NumberedNodes;
+use crate::{ReadError, SkippedElements};
 
 /// Nodes of a file, and the parts that its elements are.
 #[derive(Debug)]
@@ -27,12 +28,15 @@ pub(crate) struct Part {
     name: String,
     pub(crate) cells: NumberedCells,
     pub(crate) polygons: Polygons,
-    /// Number of elements without an area.
-    pub(crate) lines: usize,
+    /// Elements that are no part of a mesh.
+    pub(crate) skipped: SkippedElements,
     /// Nodes of these, and of elements that cannot be read.
     pub(crate) other_nodes: Vec<u32>,
     /// Description of the first elements that cannot be read.
     pub(crate) unsupported: Option<String>,
+    /// Range of the file's nodes that the part has to itself, from whose first one on its elements count them;
+    /// `None` where it shares all of them with others.
+    own_nodes: Option<Range<usize>>,
 }
 
 impl FileParts {
@@ -49,6 +53,11 @@ impl FileParts {
         })
     }
 
+    /// Adds a part.
+    pub(crate) fn push(&mut self, part: Part) {
+        self.parts.push(part);
+    }
+
     /// Returns a part by its number.
     pub(crate) fn part(&mut self, number: usize) -> &mut Part {
         &mut self.parts[number]
@@ -62,6 +71,11 @@ impl FileParts {
     /// Returns the names of all parts that are meshes.
     pub(crate) fn names(&self) -> Vec<String> {
         self.parts.iter().filter(|part| part.is_mesh()).map(|part| part.name.clone()).collect()
+    }
+
+    /// Returns the names of all parts, whatever their elements are.
+    pub(crate) fn all_names(&self) -> impl Iterator<Item = &str> + Clone {
+        self.parts.iter().map(|part| part.name.as_str())
     }
 
     /// Returns the nodes of each part by its name, ascending, whatever its elements are.
@@ -81,24 +95,53 @@ impl FileParts {
 
         // Elements of all that are wanted, in the order of the file.
         let wanted = if names.is_empty() { &known } else { names };
+        let parts = || self.parts.iter().filter(|part| wanted.contains(&part.name));
+        let all = 0..self.nodes.places.len();
+        let of_part = |part: &Part| part.own_nodes.clone().unwrap_or_else(|| all.clone());
+        let nodes = parts().map(of_part).reduce(|a, b| a.start.min(b.start)..a.end.max(b.end));
+        let nodes = nodes.unwrap_or_else(|| all.clone());
+
         let mut whole = Part::default();
-        for part in self.parts.iter().filter(|part| wanted.contains(&part.name)) {
+        for part in parts() {
             if let Some(feature) = &part.unsupported {
                 let part = quoted(&part.name);
                 return Err(self.format.unsupported(format!("the part {part} with {feature}")));
             }
-            whole.add(part);
+            whole.add(part, index(of_part(part).start - nodes.start)?);
         }
-        whole.into_mesh(&self.nodes.numbered)
+        whole.into_mesh(self.nodes.numbered.within(nodes.clone()), index(nodes.start)?)
     }
 }
 
 impl Part {
+    /// Returns a part without elements.
+    pub(crate) fn named(name: &str) -> Self {
+        Self { name: name.to_owned(), ..Self::default() }
+    }
+
+    /// Returns a part of another name with the same elements, over nodes of its own.
+    pub(crate) fn with_nodes(&self, name: &str, nodes: Range<usize>) -> Self {
+        let mut part = Self::named(name);
+        part.add(self, 0);
+        part.other_nodes.clone_from(&self.other_nodes);
+        part.unsupported.clone_from(&self.unsupported);
+        Self { own_nodes: Some(nodes), ..part }
+    }
+
+    pub(crate) fn set_name(&mut self, name: &str) {
+        name.clone_into(&mut self.name);
+    }
+
+    /// Returns the number of elements, and of nodes of those that are no part of a mesh.
+    pub(crate) fn len(&self) -> usize {
+        self.cells.cells.len() + self.polygons.len() + self.other_nodes.len()
+    }
+
     fn is_mesh(&self) -> bool {
         !self.cells.is_empty() || !self.polygons.is_empty() || self.unsupported.is_some()
     }
 
-    /// Returns all nodes of its elements, ascending.
+    /// Returns all nodes of its elements by their indices in the file, ascending.
     fn nodes(&self) -> Vec<u32> {
         let mut nodes = self.other_nodes.clone();
         nodes.extend(self.cells.cells.iter().flat_map(Cell::nodes));
@@ -106,32 +149,45 @@ impl Part {
         nodes.extend(self.polygons.corners().filter_map(|corner| u32::try_from(corner).ok()));
         nodes.sort_unstable();
         nodes.dedup();
-        nodes
+
+        let first = self.own_nodes.as_ref().map_or(0, |nodes| nodes.start);
+        nodes.into_iter().filter_map(|node| u32::try_from(first + node as usize).ok()).collect()
     }
 
-    fn add(&mut self, other: &Self) {
-        self.cells.append(&other.cells);
-        self.polygons.append(&other.polygons);
-        self.lines += other.lines;
+    /// Adds the elements of another part, with `shift` added to the indices of their nodes.
+    fn add(&mut self, other: &Self, shift: u32) {
+        self.cells.append(&other.cells, shift);
+        self.polygons.append(&other.polygons, shift);
+        self.skipped.append(&other.skipped);
     }
 
-    /// Returns the cells with the surface around them, or else the surface, over the nodes that it uses.
-    fn into_mesh(mut self, nodes: &NumberedNodes) -> Result<Mesh, ReadError> {
-        let (cells, lines) = (std::mem::take(&mut self.cells), self.lines);
+    /// Returns the cells with the surface around them, or else the surface, over the nodes that it uses. `first` is
+    /// the index of the first node in the file.
+    fn into_mesh(mut self, nodes: NumberedNodes, first: u32) -> Result<Mesh, ReadError> {
+        let cells = std::mem::take(&mut self.cells);
         let others = BTreeMap::new();
-        let (mesh, nodes) = if cells.is_empty() {
+        let (mut mesh, mut used) = if cells.is_empty() {
             let used = self.polygons.renumber(nodes.positions.len());
             let mesh = Mesh::of_elements(nodes.of(&used), cells, &self.polygons, &others)?;
-            (mesh, Some(used))
+            (mesh, used)
         } else {
-            let mesh = Mesh::of_elements(nodes.clone(), cells, &self.polygons, &others)?;
-            let nodes = mesh.volume.as_ref().map(|volume| volume.boundary.nodes.clone());
-            (mesh, nodes)
+            let mesh = Mesh::of_elements(nodes, cells, &self.polygons, &others)?;
+            let used = mesh.volume.as_ref().map(|volume| volume.boundary.nodes.clone());
+            (mesh, used.unwrap_or_default())
         };
-        let mut skipped = mesh.skipped.unwrap_or_default();
-        if lines > 0 {
-            skipped.add_all("line", lines);
+
+        // Indices among all nodes of the file.
+        used.iter_mut().for_each(|node| *node += first);
+        if let Some(volume) = &mut mesh.volume {
+            volume.first_node = first;
         }
-        Ok(Mesh { skipped: skipped.if_any(), nodes, ..mesh })
+        let mut skipped = mesh.skipped.unwrap_or_default();
+        skipped.append(&self.skipped);
+        Ok(Mesh { skipped: skipped.if_any(), nodes: Some(used), ..mesh })
     }
+}
+
+/// Returns the index of a node, which 32 bits hold.
+fn index(node: usize) -> Result<u32, ReadError> {
+    u32::try_from(node).map_err(|_| ReadError::TooManyVertices(node))
 }

@@ -9,11 +9,12 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use crate::copy::{Copy, Precision, check_count, check_range};
+use crate::inp_model::{self, InpModel};
 use crate::mesh_format::FileFormat;
 use crate::text::split_mark;
 use crate::text_nodes::TextNodes;
 use crate::vtk::{VtkPoints, legacy_precision, replace_legacy, replace_points};
-use crate::{MeshFormat, ReadError, feb, inp, msh, obj, off, ply_replace, stl};
+use crate::{MeshFormat, ReadError, feb, msh, obj, off, ply_replace, stl};
 
 /// Writes a mesh file again with other positions: those of its vertices, or of all nodes of a volume
 /// mesh.
@@ -51,7 +52,9 @@ fn replaced(file: &[u8], extension: &str, positions: &[DVec3]) -> Result<Vec<u8>
             replace_nodes(file, &msh::parse_nodes(file)?, Precision::Double, positions)
         }
         FileFormat::Inp => {
-            replace_nodes(file, &inp::parse_nodes(file)?, Precision::TwentyCharacters, positions)
+            let model = InpModel::read_nodes(file)?;
+            check_count(model.node_count(), positions)?;
+            model.move_nodes(file, (0..).zip(positions.iter().copied()))
         }
         FileFormat::Feb => {
             replace_nodes(file, &feb::parse(file)?.nodes, Precision::Double, positions)
@@ -63,15 +66,22 @@ fn replaced(file: &[u8], extension: &str, positions: &[DVec3]) -> Result<Vec<u8>
 ///
 /// # Errors
 ///
-/// [`ReadError::NoParts`] of other files; a position that is not finite, and a node that the file has not.
+/// [`ReadError::NoParts`] of other files; a position that is not finite, and a node that the file has not;
+/// [`ReadError::SharedPart`] of a node that several instances have.
 pub fn move_nodes(
     file: &[u8],
     extension: &str,
     moves: &BTreeMap<u32, DVec3>,
 ) -> Result<Vec<u8>, ReadError> {
     let (mark, file) = split_mark(file);
-    if FileFormat::recognize(file, extension)? != FileFormat::Feb {
-        return Err(ReadError::NoParts);
+    match FileFormat::recognize(file, extension)? {
+        FileFormat::Feb => {}
+        FileFormat::Inp => {
+            let moves = moves.iter().map(|(&node, &x)| (node, x));
+            let content = InpModel::read_nodes(file)?.move_nodes(file, moves)?;
+            return Ok([mark, &content].concat());
+        }
+        _ => return Err(ReadError::NoParts),
     }
     let places = feb::parse(file)?.nodes.places;
     let mut copy = Copy::new(file);
@@ -103,6 +113,26 @@ pub fn coordinate_precision(file: &[u8], extension: &str) -> Result<Precision, R
         FileFormat::Vtu => VtkPoints::UnstructuredGrid.precision(file),
         FileFormat::Vtk => legacy_precision(file),
         FileFormat::Inp => Ok(Precision::TwentyCharacters),
+    }
+}
+
+/// Returns a bound on the distances by which positions of some parts of a file, or of all, are rounded because they
+/// are written in the axes of these parts; 0 where the file has them where they are read. Coordinates are at most
+/// `max_coordinate`.
+///
+/// # Errors
+///
+/// The reason, where the content does not follow its format.
+pub fn placement_rounding(
+    file: &[u8],
+    extension: &str,
+    parts: &[String],
+    max_coordinate: f64,
+) -> Result<f64, ReadError> {
+    let (_, file) = split_mark(file);
+    match FileFormat::recognize(file, extension)? {
+        FileFormat::Inp => inp_model::placement_rounding(file, parts, max_coordinate),
+        _ => Ok(0.0),
     }
 }
 

@@ -25,9 +25,11 @@ impl SkippedElements {
         }
     }
 
-    /// Counts elements of one type.
-    pub(crate) fn add_all(&mut self, kind: &str, count: usize) {
-        *self.counts.entry(kind.to_owned()).or_default() += count;
+    /// Counts all elements of others.
+    pub(crate) fn append(&mut self, others: &Self) {
+        for (kind, count) in &others.counts {
+            *self.counts.entry(kind.clone()).or_default() += count;
+        }
     }
 
     /// Returns the elements, `None` where there are none.

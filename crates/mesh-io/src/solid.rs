@@ -78,11 +78,18 @@ impl NumberedCells {
         self.cells.is_empty()
     }
 
-    /// Adds all elements of others behind its own.
-    pub(crate) fn append(&mut self, others: &Self) {
-        self.cells.extend(&others.cells);
+    /// Adds all elements of others behind its own, with `shift` added to the indices of their nodes.
+    pub(crate) fn append(&mut self, others: &Self, shift: u32) {
+        let shifted = |node: u32| node + shift;
+        self.cells.extend(others.cells.iter().map(|cell| match *cell {
+            Cell::Tetrahedron(nodes) => Cell::Tetrahedron(nodes.map(shifted)),
+            Cell::Wedge(nodes) => Cell::Wedge(nodes.map(shifted)),
+            Cell::Hexahedron(nodes) => Cell::Hexahedron(nodes.map(shifted)),
+        }));
         self.numbers.extend(&others.numbers);
-        self.middle_nodes.extend(&others.middle_nodes);
+        for &MiddleNode { node, ends } in &others.middle_nodes {
+            self.middle_nodes.push(MiddleNode::new(node + shift, ends.map(shifted)));
+        }
     }
 
     /// Adds an element. Returns false where it has another number of nodes than its type.

@@ -77,6 +77,11 @@ impl<'a> Lines<'a> {
     pub(crate) fn number(&self) -> usize {
         self.number
     }
+
+    /// Returns the lines from here on that begin before a byte, which begins one.
+    pub(crate) fn up_to(&self, end: usize) -> Self {
+        Self { bytes: self.bytes.get(..end).unwrap_or(self.bytes), ..self.clone() }
+    }
 }
 
 impl<'a> Iterator for Lines<'a> {

@@ -6,6 +6,7 @@ use std::ops::Range;
 use glam::DVec3;
 
 use crate::error::Format;
+use crate::inp_placement::Placement;
 use crate::text::{PlacedWord, number, quoted};
 use crate::volume::NumberedNodes;
 use crate::{FilePlace, ReadError};
@@ -55,13 +56,32 @@ impl TextNodes {
         Ok(())
     }
 
+    /// Adds nodes of a part of the file, where a placement has them, which are not found by their numbers.
+    /// Returns their indices.
+    pub(crate) fn append(
+        &mut self,
+        others: &Self,
+        placement: Option<&Placement>,
+    ) -> Result<Range<usize>, ReadError> {
+        let first = self.places.len();
+        let end = first + others.places.len();
+        if u32::try_from(end).is_err() {
+            return Err(ReadError::TooManyVertices(end));
+        }
+        let place = |x: &DVec3| placement.map_or(*x, |placement| placement.place(*x));
+        self.numbered.positions.extend(others.numbered.positions.iter().map(place));
+        self.numbered.numbers.extend(&others.numbered.numbers);
+        self.places.extend_from_slice(&others.places);
+        Ok(first..end)
+    }
+
     /// Returns the indices of nodes by their numbers in the file, -1 for those that are not defined above.
     pub(crate) fn known_indices(&self, nodes: &[u64]) -> impl Iterator<Item = i64> {
         nodes.iter().map(|&node| self.index(node).map_or(-1, i64::from))
     }
 
     /// Returns the index of a node by its number in the file.
-    fn index(&self, node: u64) -> Option<u32> {
+    pub(crate) fn index(&self, node: u64) -> Option<u32> {
         // Most files number their nodes one after the other.
         let numbers = &self.numbered.numbers;
         let behind_first = numbers.first().and_then(|first| node.checked_sub(*first));

@@ -1,5 +1,7 @@
 //! Volume meshes of files, behind their boundary surfaces.
 
+use std::ops::Range;
+
 use glam::DVec3;
 use volume_mesh::{Boundary, VolumeMesh};
 
@@ -8,8 +10,10 @@ use volume_mesh::{Boundary, VolumeMesh};
 pub struct Volume {
     /// Tetrahedra, wedges and hexahedra, in the order of the file, those of quadratic elements by their corners.
     pub mesh: VolumeMesh,
-    /// Positions of all nodes, in the order of the file.
+    /// Positions of all nodes, in the order of the file; of a part with nodes of its own, of these.
     pub nodes: Vec<DVec3>,
+    /// Index of the first of them among all nodes of the file.
+    pub first_node: u32,
     /// Triangles around the cells; a vertex of the surface is a node of theirs.
     pub boundary: Boundary,
     /// Number of each node in the file: counted from 0 in VTK files, given by the file in others.
@@ -34,6 +38,12 @@ pub(crate) struct NumberedNodes {
 }
 
 impl NumberedNodes {
+    /// Returns the nodes of a range.
+    pub(crate) fn within(&self, range: Range<usize>) -> Self {
+        let positions = self.positions.get(range.clone()).unwrap_or_default().to_vec();
+        Self { positions, numbers: self.numbers.get(range).unwrap_or_default().to_vec() }
+    }
+
     /// Returns some of the nodes, by their indices.
     pub(crate) fn of(&self, indices: &[u32]) -> Self {
         let (mut positions, mut numbers) = (Vec::new(), Vec::new());

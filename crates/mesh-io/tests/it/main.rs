@@ -3,6 +3,7 @@
 mod element_surfaces;
 mod feb;
 mod fields;
+mod inp_parts;
 mod legacy;
 mod limits;
 mod meshes;

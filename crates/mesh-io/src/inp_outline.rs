@@ -1,0 +1,296 @@
+//! Outline of an Abaqus input file: its parts, their instances in the assembly, and the lines of neither.
+//!
+//! Case does not matter in names, nor do blanks outside quotation marks.
+//!
+//! Source: "Abaqus Analysis User's Guide", "Defining an assembly" and "Input syntax rules".
+
+use std::collections::{BTreeMap, HashMap};
+
+use crate::ReadError;
+use crate::error::Format;
+use crate::inp_placement::{Placement, PlacementLines};
+use crate::text::{Lines, quoted};
+
+/// Abaqus input file in refusals.
+pub(crate) static INP: Format = Format {
+    name: "INP",
+    remedy: "save it as one part with its nodes and elements, of a solid or a surface, in one file",
+};
+
+/// Parts and instances of a file, in its order.
+#[derive(Debug, Default)]
+pub(crate) struct Outline<'a> {
+    pub(crate) parts: Vec<Section<'a>>,
+    pub(crate) instances: Vec<Section<'a>>,
+    /// Lines outside of all parts and instances.
+    pub(crate) outside: Vec<Lines<'a>>,
+}
+
+/// Part or instance.
+#[derive(Debug)]
+pub(crate) struct Section<'a> {
+    pub(crate) name: Option<String>,
+    /// Name of the part of which it is an instance.
+    part: Option<String>,
+    pub(crate) placement: Option<Placement>,
+    /// True if nodes are defined in it.
+    has_nodes: bool,
+    /// Line of its keyword.
+    pub(crate) line: usize,
+    /// Lines below its keyword.
+    pub(crate) lines: Lines<'a>,
+}
+
+/// Kind of a line's place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum SectionKind {
+    Part,
+    Instance,
+    Outside,
+}
+
+impl<'a> Outline<'a> {
+    /// Reads the keywords of a file, and the data lines that place instances.
+    pub(crate) fn read(bytes: &'a [u8]) -> Result<Self, ReadError> {
+        let mut outline = Self::default();
+        let mut lines = Lines::new(bytes);
+        let (mut kind, mut start) = (SectionKind::Outside, lines.clone());
+        let (mut placement, mut is_in_nodes) = (None, false);
+
+        loop {
+            let here = lines.clone();
+            let Some(line) = lines.next() else { break };
+            let text = line.text.trim_ascii();
+            if text.is_empty() || text.starts_with(b"**") {
+                continue;
+            }
+            if !text.starts_with(b"*") {
+                if let (true, Some(section)) = (is_in_nodes, outline.last(kind)) {
+                    section.has_nodes = true;
+                }
+                let placing = placement.as_mut();
+                placing.map_or(Ok(()), |placing: &mut PlacementLines| placing.read(&INP, &line))?;
+                continue;
+            }
+
+            // Lines of a placement end with the next keyword.
+            if let (Some(placed), Some(instance)) = (placement.take(), outline.instances.last_mut())
+            {
+                instance.placement = placed.placement();
+            }
+            let keyword = keyword(text);
+            is_in_nodes = keyword == "NODE";
+            let Some(next) = section_of(&keyword) else { continue };
+            outline.end(kind, &start, line.start);
+            (kind, start) = (next, here);
+            if next != SectionKind::Outside {
+                outline.begin(next, text, line.number);
+                start = lines.clone();
+                placement = (next == SectionKind::Instance).then(PlacementLines::default);
+            }
+        }
+        if let (Some(placed), Some(instance)) = (placement, outline.instances.last_mut()) {
+            instance.placement = placed.placement();
+        }
+        outline.end(kind, &start, bytes.len());
+        Ok(outline)
+    }
+
+    /// Returns true if the file has more than one part or instance.
+    pub(crate) fn has_several(&self) -> bool {
+        self.parts.len() > 1 || self.instances.len() > 1
+    }
+
+    /// Returns the name of the body of a file with one part or instance at most.
+    pub(crate) fn only_name(&self) -> Option<&str> {
+        let section = self.instances.first().or(self.parts.first())?;
+        section.name.as_deref()
+    }
+
+    /// Returns the place of the part of each instance: `None` of one without a part, whose nodes are its own.
+    pub(crate) fn parts_of_instances(&self) -> Result<Vec<Option<usize>>, ReadError> {
+        let numbers = numbers_by_name(&self.parts, "part")?;
+        numbers_by_name(&self.instances, "instance")?;
+        let mut parts = Vec::new();
+        for instance in &self.instances {
+            let number = instance.part.as_ref().map(|part| {
+                let number = numbers.get(&part.to_ascii_uppercase()).copied();
+                let (instance_name, part) = (instance.quoted_name(), quoted(part));
+                let problem =
+                    format!("{instance_name} is of the part {part}, which is not defined");
+                number.ok_or_else(|| INP.on_line(instance.line, problem))
+            });
+            if number.is_none() && !instance.has_nodes {
+                let problem = format!("the instance {} without a part", instance.quoted_name());
+                return Err(INP.unsupported(problem));
+            }
+            parts.push(number.transpose()?);
+        }
+        Ok(parts)
+    }
+
+    /// Returns the names of the instances that have the nodes of a part, by its name.
+    pub(crate) fn instances_by_part(&self) -> Result<BTreeMap<String, Vec<String>>, ReadError> {
+        let mut instances: BTreeMap<String, Vec<String>> = BTreeMap::new();
+        for (instance, part) in self.instances.iter().zip(self.parts_of_instances()?) {
+            let part = part.and_then(|part| self.parts[part].name.clone());
+            if let (Some(part), Some(name), false) = (part, &instance.name, instance.has_nodes) {
+                instances.entry(part).or_default().push(name.clone());
+            }
+        }
+        Ok(instances)
+    }
+
+    /// Begins a part or an instance, by the line of its keyword.
+    fn begin(&mut self, kind: SectionKind, text: &[u8], line: usize) {
+        let section = Section {
+            name: label(text, "NAME"),
+            part: label(text, "PART"),
+            placement: None,
+            has_nodes: false,
+            line,
+            lines: Lines::new(&[]),
+        };
+        match kind {
+            SectionKind::Part => self.parts.push(section),
+            SectionKind::Instance => self.instances.push(section),
+            SectionKind::Outside => {}
+        }
+    }
+
+    /// Ends what begins with some lines before a byte.
+    fn end(&mut self, kind: SectionKind, start: &Lines<'a>, end: usize) {
+        let lines = start.up_to(end);
+        match self.last(kind) {
+            Some(section) => section.lines = lines,
+            None => self.outside.push(lines),
+        }
+    }
+
+    /// Returns the last part or instance.
+    fn last(&mut self, kind: SectionKind) -> Option<&mut Section<'a>> {
+        match kind {
+            SectionKind::Part => self.parts.last_mut(),
+            SectionKind::Instance => self.instances.last_mut(),
+            SectionKind::Outside => None,
+        }
+    }
+}
+
+impl Section<'_> {
+    fn quoted_name(&self) -> String {
+        quoted(self.name.as_deref().unwrap_or_default())
+    }
+}
+
+/// Returns the kind of section that a keyword begins, `None` where it begins none.
+fn section_of(keyword: &str) -> Option<SectionKind> {
+    match keyword {
+        "PART" => Some(SectionKind::Part),
+        "INSTANCE" => Some(SectionKind::Instance),
+        "ENDPART" | "ENDINSTANCE" | "ASSEMBLY" | "ENDASSEMBLY" => Some(SectionKind::Outside),
+        _ => None,
+    }
+}
+
+/// Returns the places of sections by their names in upper case, of which none may be missing or there twice.
+fn numbers_by_name(
+    sections: &[Section<'_>],
+    noun: &str,
+) -> Result<HashMap<String, usize>, ReadError> {
+    let mut numbers = HashMap::new();
+    for (number, section) in sections.iter().enumerate() {
+        let Some(name) = &section.name else {
+            return Err(INP.on_line(section.line, format!("{noun} {} has no name", number + 1)));
+        };
+        if numbers.insert(name.to_ascii_uppercase(), number).is_some() {
+            let problem = format!("a second {noun} is named {}", quoted(name));
+            return Err(INP.on_line(section.line, problem));
+        }
+    }
+    Ok(numbers)
+}
+
+/// Returns the keyword of a line that begins with a star, in upper case and without blanks.
+fn keyword(text: &[u8]) -> String {
+    let end = text.iter().position(|&byte| byte == b',').unwrap_or(text.len());
+    let mut keyword = String::from_utf8_lossy(&text[1..end]).to_ascii_uppercase();
+    keyword.retain(|character| !character.is_whitespace());
+    keyword
+}
+
+/// Returns the value of a parameter of a keyword line, where it has one. Blanks are left out, unless a value is in
+/// quotation marks.
+pub(crate) fn label(text: &[u8], parameter: &str) -> Option<String> {
+    let in_latin_1 = || text.iter().copied().map(char::from).collect();
+    let text = std::str::from_utf8(text).map_or_else(|_| in_latin_1(), str::to_owned);
+
+    // Commas in quotation marks are of a value.
+    let mut is_quoted = false;
+    let mut fields = text.split(|character: char| {
+        is_quoted ^= character == '"';
+        character == ',' && !is_quoted
+    });
+    fields.find_map(|field| {
+        let (key, value) = field.split_once('=')?;
+        if !key.trim().eq_ignore_ascii_case(parameter) {
+            return None;
+        }
+        let value = value.trim();
+        let quoted = value.strip_prefix('"').map(|value| value.split('"').next());
+        let value = match quoted {
+            Some(inside) => inside.unwrap_or_default().to_owned(),
+            None => value.chars().filter(|character| !character.is_whitespace()).collect(),
+        };
+        (!value.is_empty()).then_some(value)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_read_from_keyword_lines() {
+        for (line, expected) in [
+            ("*Part, name=Femur", Some("Femur")),
+            ("* PART , NAME = left femur ", Some("leftfemur")),
+            ("*Part, name=\"left, femur = 2\"", Some("left, femur = 2")),
+            ("*Instance, part=\"name=x\", name=\"a b\"", Some("a b")),
+            ("*Instance, part=p, surname=x", None),
+            ("*Part, name=", None),
+            ("*Part, name=\"\"", None),
+            ("*Part, name", None),
+        ] {
+            assert_eq!(label(line.as_bytes(), "NAME").as_deref(), expected, "{line}");
+        }
+        assert_eq!(label(b"*Part, name=F\xe9mur", "NAME").as_deref(), Some("F\u{e9}mur"));
+    }
+
+    #[test]
+    fn every_line_is_of_one_section() {
+        let file = "*Heading\nA\n*Part, name=p\n*Node\n1\n*End Part\n** c\n*Part, name=q\n2\n*Assembly\n\
+                    *Instance, name=i, part=P\n1., 0, 0\n\n*Nset\n3\n*End Instance\n*Node\n4\n*End Assembly\n";
+        let outline = Outline::read(file.as_bytes()).expect("a file");
+        let texts = |lines: &Lines<'_>| {
+            let texts = lines.clone().map(|line| String::from_utf8_lossy(line.text).into_owned());
+            texts.collect::<Vec<_>>().join("|")
+        };
+        let parts: Vec<_> = outline.parts.iter().map(|part| texts(&part.lines)).collect();
+        assert_eq!(parts, ["*Node|1", "2"]);
+        let nodes: Vec<_> = outline.parts.iter().map(|part| part.has_nodes).collect();
+        assert_eq!(nodes, [true, false]);
+        let outside: Vec<_> = outline.outside.iter().map(texts).collect();
+        assert_eq!(
+            outside,
+            ["*Heading|A", "*End Part|** c", "*Assembly", "*End Instance|*Node|4", "*End Assembly"]
+        );
+        let instance = &outline.instances[0];
+        assert_eq!(texts(&instance.lines), "1., 0, 0||*Nset|3");
+        assert_eq!((instance.line, instance.has_nodes), (11, false));
+        assert!(instance.placement.is_some(), "it is moved along x");
+        let numbers: Vec<_> = instance.lines.clone().map(|line| line.number).collect();
+        assert_eq!(numbers, [12, 13, 14, 15]);
+        assert_eq!(outline.parts_of_instances().expect("parts"), [Some(0)]);
+    }
+}
