@@ -103,13 +103,21 @@ impl LoadedScene {
             let is_separator = |c: char| c == ',' || c.is_whitespace();
             for word in content.split(is_separator).filter(|word| !word.is_empty()) {
                 let vertex = word.parse::<u64>().ok().and_then(|number| known.get(&number));
-                let Some(&found) = vertex else {
-                    let name = self.scene.body(body).name();
-                    let problem =
-                        format!("line {line}: '{word}' is no vertex on the surface of '{name}'");
-                    return Err(Failure::in_file(file, problem));
+                let name = self.scene.body(body).name();
+                let problem = match vertex {
+                    Some(Some(found)) => {
+                        vertices.extend(found);
+                        continue;
+                    }
+                    Some(None) => format!(
+                        "line {line}: '{word}' is the number of several vertices of '{name}', whose instances \
+                         number their nodes alike: select them by a box, or within a distance of a body"
+                    ),
+                    None => {
+                        format!("line {line}: '{word}' is no vertex on the surface of '{name}'")
+                    }
                 };
-                vertices.extend(found);
+                return Err(Failure::in_file(file, problem));
             }
         }
 
@@ -120,17 +128,21 @@ impl LoadedScene {
     }
 
     /// Returns the vertices of a body by the numbers in its file: those of nodes, or else counted from 0. A
-    /// node in the middle of an edge stands for both ends.
-    fn vertices_by_number(&self, body: BodyId) -> HashMap<u64, [u32; 2]> {
+    /// node in the middle of an edge stands for both ends; `None` for a number of several vertices.
+    fn vertices_by_number(&self, body: BodyId) -> HashMap<u64, Option<[u32; 2]>> {
         let count = self.scene.body(body).positions().len();
-        let mut vertices: HashMap<u64, [u32; 2]> = match &self.vertex_numbers[body.index()] {
+        let mut vertices = HashMap::new();
+        let mut insert = |number: u64, ends: [u32; 2]| {
+            vertices.entry(number).and_modify(|known| *known = None).or_insert(Some(ends));
+        };
+        match &self.vertex_numbers[body.index()] {
             Some(numbers) => {
-                (0..).zip(numbers).map(|(vertex, &number)| (number, [vertex; 2])).collect()
+                (0..).zip(numbers).for_each(|(vertex, &number)| insert(number, [vertex; 2]));
             }
             None => {
-                (0..).zip(0..count as u64).map(|(vertex, number)| (number, [vertex; 2])).collect()
+                (0..).zip(0..count as u64).for_each(|(vertex, number)| insert(number, [vertex; 2]))
             }
-        };
+        }
 
         if let Some(Volume { mesh, boundary, node_numbers, .. }) = &self.volumes[body.index()] {
             let vertex = |node: u32| {
@@ -139,7 +151,7 @@ impl LoadedScene {
             };
             for &MiddleNode { node, ends: [a, b] } in mesh.middle_nodes() {
                 if let (Some(a), Some(b)) = (vertex(a), vertex(b)) {
-                    vertices.insert(node_numbers[node as usize], [a, b]);
+                    insert(node_numbers[node as usize], [a, b]);
                 }
             }
         }

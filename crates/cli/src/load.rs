@@ -24,7 +24,7 @@ use crate::terminal;
 #[derive(Debug, Args)]
 pub(crate) struct SceneArguments {
     /// Scene file (.toml), or mesh files: PLY, OBJ, OFF, STL or VTP; volume meshes and surfaces: VTU,
-    /// VTK, MSH or INP; FEBio models (.feb), whose parts are bodies
+    /// VTK, MSH or INP; models of FEBio (.feb) and Abaqus (.inp), whose parts or instances are bodies
     #[arg(required = true, value_name = "SCENE.toml | MESH")]
     pub(crate) inputs: Vec<PathBuf>,
 
@@ -121,7 +121,7 @@ impl LoadedScene {
     pub(crate) fn node_number(&self, body: BodyId, node: u32) -> u64 {
         let body = body.index();
         if let Some(volume) = &self.volumes[body] {
-            return volume.node_numbers[node as usize];
+            return volume.node_numbers[(node - volume.first_node) as usize];
         }
         let vertex = self.nodes[body].as_ref().and_then(|nodes| nodes.binary_search(&node).ok());
         let numbers = self.vertex_numbers[body].as_ref();

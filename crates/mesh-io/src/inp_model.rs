@@ -25,6 +25,9 @@ use crate::volume::MeshElements;
 /// many screws would be refused; above, a small file could fill the memory.
 const MAX_REPEATED: usize = 1 << 22;
 
+/// Name of what the elements of a file without parts are that are of no set.
+const WITHOUT_SET: &str = "elements without a set";
+
 /// Parts of a file with the places of their nodes.
 #[derive(Debug)]
 pub(crate) struct InpModel {
@@ -147,7 +150,10 @@ impl InpModel {
         let mut content = read_parts(|| Lines::new(bytes), sorting)?;
         match outline.only_name() {
             Some(name) => content.parts[0].set_name(name),
-            None => drop(content.parts.remove(0)),
+            None => {
+                let others = content.parts.remove(0).without_mesh(WITHOUT_SET);
+                content.parts.extend(others);
+            }
         }
         Self::of_one_body(content, &outline)
     }

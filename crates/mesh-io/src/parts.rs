@@ -128,6 +128,12 @@ impl Part {
         Self { own_nodes: Some(nodes), ..part }
     }
 
+    /// Returns a part of another name with the same nodes, but without a mesh, where there are nodes.
+    pub(crate) fn without_mesh(&self, name: &str) -> Option<Self> {
+        let other_nodes = self.nodes();
+        (!other_nodes.is_empty()).then(|| Self { other_nodes, ..Self::named(name) })
+    }
+
     pub(crate) fn set_name(&mut self, name: &str) {
         name.clone_into(&mut self.name);
     }

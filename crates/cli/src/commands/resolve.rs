@@ -12,7 +12,9 @@ use super::Finished;
 use super::body_file::BodyFile;
 use super::check::{CheckedScene, detect, overlap_shapes};
 use super::resolve_arguments::ResolveArgs;
-use super::resolve_files::{check_elements, complete_files, precisions, suffix};
+use super::resolve_files::{
+    FileRounding, check_elements, check_shared_parts, complete_files, file_roundings, suffix,
+};
 use crate::failure::Failure;
 use crate::load::{LoadedScene, SceneArguments};
 use crate::output::{FilePlan, Outputs};
@@ -89,6 +91,7 @@ pub(super) fn run(arguments: &ResolveArguments) -> Result<Finished, Failure> {
     asked.validate()?;
     let mut conditions = loaded.conditions()?;
     check_elements(&loaded)?;
+    check_shared_parts(&loaded)?;
     let params = for_files(asked, &mut conditions, &loaded)?;
     stopwatch.lap("load");
 
@@ -134,28 +137,32 @@ pub(super) fn run(arguments: &ResolveArguments) -> Result<Finished, Failure> {
 }
 
 /// Returns parameters by which the gap holds in the files: positions in single precision are rounded
-/// before distances are proved, all others keep their digits, and decimal ones need a hair more.
+/// before distances are proved, all others keep their digits, and decimal ones and those of placed instances need a
+/// hair more.
 fn for_files(
     asked: ResolveParams,
     conditions: &mut Conditions,
     loaded: &LoadedScene,
 ) -> Result<ResolveParams, Failure> {
-    let (precisions, ids) = (precisions(loaded)?, loaded.scene.ids());
-    if precisions.contains(&Precision::Single) {
-        for (id, precision) in ids.zip(precisions) {
-            if precision != Precision::Single {
-                conditions.unrounded.push(id);
-            }
-        }
-        return Ok(ResolveParams { precision: WrittenPrecision::Single, ..asked });
+    let roundings = file_roundings(loaded)?;
+    let mut precision = asked.precision;
+    let is_single = |rounding: &FileRounding| rounding.precision == Precision::Single;
+    if roundings.iter().any(is_single) {
+        precision = WrittenPrecision::Single;
+        let others = loaded.scene.ids().zip(&roundings).filter(|(_, own)| !is_single(own));
+        conditions.unrounded.extend(others.map(|(id, _)| id));
     }
 
-    let mut rounding: f64 = 0.0;
-    for (precision, body) in precisions.into_iter().zip(loaded.scene.bodies()) {
-        rounding = rounding.max(precision.max_rounding(body.largest_coordinate()));
+    let mut max_rounding: f64 = 0.0;
+    for (rounding, body) in roundings.iter().zip(loaded.scene.bodies()) {
+        let mut of_body = rounding.of_placement;
+        if precision != WrittenPrecision::Single {
+            of_body += rounding.precision.max_rounding(body.largest_coordinate());
+        }
+        max_rounding = max_rounding.max(of_body);
     }
-    let slack = if asked.gap > 0.0 { 2.0 * rounding } else { 0.0 };
-    Ok(ResolveParams { gap: asked.gap + slack, ..asked })
+    let slack = if asked.gap > 0.0 { 2.0 * max_rounding } else { 0.0 };
+    Ok(ResolveParams { gap: asked.gap + slack, precision, ..asked })
 }
 
 /// Mark in the names of files that hold no proved state.

@@ -22,20 +22,59 @@ pub(super) fn suffix(body: &BodyDescription) -> String {
     }
 }
 
-/// Returns the number type in which each body is written. Rigid bodies are copied, and new files have double
-/// precision.
-pub(super) fn precisions(loaded: &LoadedScene) -> Result<Vec<Precision>, Failure> {
-    let mut precisions = Vec::new();
+/// Rounding of the positions of a body in its file.
+pub(super) struct FileRounding {
+    pub(super) precision: Precision,
+    /// Bound on the distance by which positions are rounded because the file has them in the axes of a part.
+    pub(super) of_placement: f64,
+}
+
+/// Returns the rounding of each body. Rigid bodies are copied, and new files have double precision.
+pub(super) fn file_roundings(loaded: &LoadedScene) -> Result<Vec<FileRounding>, Failure> {
+    let mut roundings = Vec::new();
     for (description, body) in loaded.description.bodies.iter().zip(loaded.scene.bodies()) {
-        let (path, mut precision) = (&description.path, Precision::Double);
+        let path = &description.path;
+        let mut rounding = FileRounding { precision: Precision::Double, of_placement: 0.0 };
         if !body.is_rigid() && is_rewritten(description) {
-            let content = mesh_io::read_file(path)?;
-            precision = mesh_io::coordinate_precision(&content, &extension(path))
-                .map_err(|error| Failure::in_file(path, error))?;
+            let refused = |error| Failure::in_file(path, error);
+            let (content, extension) = (mesh_io::read_file(path)?, extension(path));
+            rounding.precision =
+                mesh_io::coordinate_precision(&content, &extension).map_err(refused)?;
+            let (parts, size) = (&description.parts, body.largest_coordinate());
+            rounding.of_placement =
+                mesh_io::placement_rounding(&content, &extension, parts, size).map_err(refused)?;
         }
-        precisions.push(precision);
+        roundings.push(rounding);
     }
-    Ok(precisions)
+    Ok(roundings)
+}
+
+/// Refuses soft bodies whose nodes are those of other instances, too: their part has one set of coordinates.
+pub(super) fn check_shared_parts(loaded: &LoadedScene) -> Result<(), Failure> {
+    for (description, body) in loaded.description.bodies.iter().zip(loaded.scene.bodies()) {
+        if body.is_rigid() || description.parts.is_empty() || !is_rewritten(description) {
+            continue;
+        }
+        let path = &description.path;
+        let content = mesh_io::read_file(path)?;
+        let parts = mesh_io::instances_by_part(&content, &extension(path))
+            .map_err(|error| Failure::in_file(path, error))?;
+        for (part, instances) in parts.into_iter().filter(|(_, instances)| instances.len() > 1) {
+            let Some(own) = instances.iter().position(|name| description.has_part(name)) else {
+                continue;
+            };
+            let (own, other) = (&instances[own], &instances[usize::from(own == 0)]);
+            let [part, own, other] = [&part, own, other].map(|name| mesh_io::escaped(name));
+            return Err(Failure::in_file(
+                path,
+                format!(
+                    "'{own}' can move, but its part '{part}' has one set of coordinates, which are those of \
+                     '{other}', too: give '{own}' a part of its own, or make all instances of '{part}' rigid"
+                ),
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// Refuses soft volume meshes with inverted elements, which cannot follow their surfaces.

@@ -108,9 +108,8 @@ fn warn_of_other_parts(
     let described: Vec<&BodyDescription> =
         bodies.iter().map(|body| &loaded.description.bodies[body.index()]).collect();
     let Some(path) = described.first().map(|body| body.path.display()) else { return };
-    let is_body = |part: &String| {
-        described.iter().any(|body| body.parts.is_empty() || body.parts.contains(part))
-    };
+    let is_body =
+        |part: &String| described.iter().any(|body| body.parts.is_empty() || body.has_part(part));
     for (part, nodes) in of_parts.iter().filter(|(part, _)| !is_body(part)) {
         let moved = nodes.iter().filter(|node| moves.contains_key(node)).count();
         if moved > 0 {
@@ -151,7 +150,8 @@ impl MovedPart {
                 let is_corner =
                     |node: &u32| middle.binary_search_by_key(node, |middle| middle.node).is_err();
                 for node in volume.mesh.used_nodes().into_iter().filter(is_corner) {
-                    moves.push((node, volume.nodes[node as usize], ends[node as usize]));
+                    let (from, to) = (volume.nodes[node as usize], ends[node as usize]);
+                    moves.push((volume.first_node + node, from, to));
                 }
             }
             None => {
@@ -206,11 +206,12 @@ impl MovedNodes {
     fn add_middle_nodes(&mut self, loaded: &LoadedScene, body: BodyId) {
         let Some(volume) = &loaded.volumes[body.index()] else { return };
         for &MiddleNode { node, ends } in volume.mesh.middle_nodes() {
-            let corners = ends.map(|end| self.nodes.get(&end).map(|(ends, _)| *ends));
+            let first = volume.first_node;
+            let corners = ends.map(|end| self.nodes.get(&(first + end)).map(|(ends, _)| *ends));
             let [Some([from_a, to_a]), Some([from_b, to_b])] = corners else { continue };
             let from = volume.nodes[node as usize];
             let moves = from_a != to_a || from_b != to_b;
-            self.put(node, [from, if moves { to_a.midpoint(to_b) } else { from }], body);
+            self.put(first + node, [from, if moves { to_a.midpoint(to_b) } else { from }], body);
         }
     }
 

@@ -10,7 +10,7 @@
 //! [[body]]
 //! name = "femur"          # default: the first part, or the file's name without extension
 //! file = "femur.ply"      # relative to the folder of the scene file; / between folders
-//! parts = ["Part1"]       # of an FEBio model, those that are this body; default: its only one
+//! parts = ["Part1"]       # of an FEBio or Abaqus model, those that are this body; default: its only one
 //! kind = "rigid"          # or "open" (a sheet), or "deformable", the default
 //! follows = "femur_r"     # name in the motion; default: the body's name
 //! stiffness = 2.0         # for `resolve`: yields half as much as others; default: 1
@@ -45,6 +45,7 @@ mod tests;
 use std::path::{Path, PathBuf};
 
 use glam::DAffine3;
+use mesh_io::{FileError, ReadError};
 use musculo_collide::BodyKind;
 use serde::Deserialize;
 use toml::Spanned;
@@ -257,7 +258,7 @@ impl SceneDescription {
             let others = self.bodies[..number].iter();
             for other in others.filter(|other| other.shares_file(body)) {
                 let mut parts = other.parts.iter();
-                if let Some(part) = parts.find(|part| body.parts.contains(part)) {
+                if let Some(part) = parts.find(|part| body.has_part(part)) {
                     let names = [other.name.clone(), name.clone()];
                     return Err(SceneProblem::SamePart { part: part.clone(), names });
                 }
@@ -293,6 +294,15 @@ impl BodyDescription {
         }
     }
 
+    /// Returns true if a part of the file is named as one of the body. Case does not matter in Abaqus files.
+    pub(crate) fn has_part(&self, name: &str) -> bool {
+        let is_abaqus = has_extension(&self.path, "inp");
+        let is_same = |part: &String| {
+            if is_abaqus { part.eq_ignore_ascii_case(name) } else { part == name }
+        };
+        self.parts.iter().any(is_same)
+    }
+
     /// Returns true if both bodies are parts of one file.
     fn shares_file(&self, other: &Self) -> bool {
         !self.parts.is_empty() && !other.parts.is_empty() && is_same_file(&self.path, &other.path)
@@ -302,9 +312,22 @@ impl BodyDescription {
 /// Returns the names of the parts of a file that may have several, which is read for them.
 fn part_names(path: &Path) -> Result<Vec<String>, Failure> {
     // A pipe is read once.
-    let is_model = path.extension().is_some_and(|own| own.eq_ignore_ascii_case("feb"));
+    let (is_febio, is_abaqus) = (has_extension(path, "feb"), has_extension(path, "inp"));
     let is_pipe = path.exists() && !path.is_file();
-    if is_model && !is_pipe { Ok(mesh_io::read_part_names(path)?) } else { Ok(Vec::new()) }
+    if is_pipe || !(is_febio || is_abaqus) {
+        return Ok(Vec::new());
+    }
+    match mesh_io::read_part_names(path) {
+        // Meshes that cannot be read are named together, when all are.
+        Err(FileError { reason: ReadError::Unreadable(_) | ReadError::Empty, .. }) if is_abaqus => {
+            Ok(Vec::new())
+        }
+        names => Ok(names?),
+    }
+}
+
+fn has_extension(path: &Path, expected: &str) -> bool {
+    path.extension().is_some_and(|own| own.eq_ignore_ascii_case(expected))
 }
 
 /// Returns the refusal of a text that is no scene; a path of Windows in double quotes has escapes.
@@ -317,7 +340,7 @@ fn syntax_problem(error: &toml::de::Error) -> SceneProblem {
 }
 
 fn is_scene_file(path: &Path) -> bool {
-    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("toml"))
+    has_extension(path, "toml")
 }
 
 fn stem(path: &Path) -> String {

@@ -375,7 +375,7 @@ fn names_of_parts_are_checked() {
         ),
         (
             "[[body]]\nfile = \"bone.obj\"\nparts = [\"bone\"]\n".to_owned(),
-            "bone.obj: has no parts that can be named: only FEBio models do",
+            "bone.obj: has no parts that can be named: only FEBio models and Abaqus input",
         ),
     ];
     let run = workshop.check(&["none.feb", "--rigid", "bone"]);

@@ -1,5 +1,6 @@
 //! The program, run as a user runs it.
 
+mod abaqus;
 mod absurd;
 mod anatomy;
 mod bad_input;
