@@ -236,6 +236,68 @@ fn a_placed_part_of_its_own_file_is_written_likewise() {
     assert!(distance >= 0.05, "{distance}");
 }
 
+/// Ends of the edges of a hexahedron, in the order of their nodes in the middle.
+const EDGES: [[usize; 2]; 12] = [
+    [0, 1],
+    [1, 2],
+    [2, 3],
+    [3, 0],
+    [4, 5],
+    [5, 6],
+    [6, 7],
+    [7, 4],
+    [0, 4],
+    [1, 5],
+    [2, 6],
+    [3, 7],
+];
+
+/// Nodes in the middle of edges are those of the instance, not of one before it.
+#[test]
+fn quadratic_elements_of_instances_stay_straight() {
+    let workshop = Workshop::new();
+    let tissue = tissue_block();
+    let (mut nodes, mut cells) = (tissue.nodes.clone(), String::new());
+    for (number, corners) in (1..).zip(&tissue.hexahedra) {
+        let mut all = corners.map(|node| node as usize).to_vec();
+        for [a, b] in EDGES {
+            let middle = nodes[all[a]].midpoint(nodes[all[b]]);
+            let known = nodes.iter().position(|x| *x == middle);
+            all.push(known.unwrap_or(nodes.len()));
+            if known.is_none() {
+                nodes.push(middle);
+            }
+        }
+        let all: Vec<String> = all.iter().map(|node| (node + 1).to_string()).collect();
+        writeln!(cells, "{number}, {},\n{}", all[..10].join(", "), all[10..].join(", "))
+            .expect("text");
+    }
+    let own: Vec<DVec3> = nodes.iter().map(|x| TURN.undo(*x)).collect();
+    let none = Block { nodes: Vec::new(), hexahedra: Vec::new() };
+    let quadratic = mesh(&own, &none, "none") + "*Element, type=C3D20R\n" + &cells;
+    let bone = bone_block();
+    let parts = part("Tissue", &quadratic) + &part("Bone", &mesh(&bone.nodes, &bone, "all"));
+    let instances = instance("femur", "Bone", "") + &instance("disc", "Tissue", &TURN.lines());
+    workshop.write("knee.inp", format!("{parts}*Assembly\n{instances}*End Assembly\n"));
+    let options = ["knee.inp", "--rigid", "femur", "--gap", "0.05", "--no-report", "--out", "o"];
+    let run = workshop.run("resolve", &options);
+    assert_eq!(run.status, 0, "{}{}", run.stdout, run.stderr);
+
+    let read = |file: &str| {
+        let meshes = mesh_io::read_parts(&workshop.path(file), &[&["disc".to_owned()]]);
+        meshes.expect("a model").remove(0).volume.expect("a volume mesh")
+    };
+    let [before, after] = ["knee.inp", "o/knee.inp"].map(read);
+    let mut moved = 0;
+    for middle in after.mesh.middle_nodes() {
+        let [a, b] = middle.ends.map(|end| after.nodes[end as usize]);
+        let x = after.nodes[middle.node as usize];
+        assert!(x.distance(a.midpoint(b)) < 1e-10, "{x}");
+        moved += usize::from(x != before.nodes[middle.node as usize]);
+    }
+    assert!(moved > 30, "{moved} nodes moved");
+}
+
 /// Two screws of one part, of which a soft body would move both.
 #[test]
 fn a_part_of_several_instances_cannot_move() {
