@@ -49,6 +49,15 @@ impl Precision {
     }
 }
 
+/// Returns a bound on the distance by which a position in an Abaqus input file is rounded whose coordinates are at
+/// most `max_coordinate`.
+pub(crate) fn max_rounding_in_text(max_coordinate: f64) -> f64 {
+    // From 0.1 up to there, all digits of a number fit into 20 characters.
+    const MAX_IN_FULL: f64 = 1e15;
+    let cut = if max_coordinate < MAX_IN_FULL { max_coordinate.min(0.1) } else { max_coordinate };
+    Precision::TwentyCharacters.max_rounding(cut)
+}
+
 /// Refuses positions of another number than the file has.
 pub(crate) fn check_count(expected: usize, positions: &[DVec3]) -> Result<(), ReadError> {
     let found = positions.len();
@@ -166,6 +175,8 @@ mod tests {
                 assert!(text.len() <= 20, "{text}");
                 let read: f64 = text.parse().expect("a number");
                 assert!((read - value).abs() <= 5e-13 * value.abs(), "{text} for {value:e}");
+                let bound = max_rounding_in_text(value.abs());
+                assert!((read - value).abs() <= bound, "{text} for {value:e}");
             }
         }
     }

@@ -103,8 +103,7 @@ pub(crate) fn placement_rounding(
     let mut rounding: f64 = 0.0;
     for instance in outline.instances.iter().filter(is_wanted) {
         if let Some(placement) = &instance.placement {
-            let bound = placement.max_rounding(Precision::TwentyCharacters, max_coordinate);
-            rounding = rounding.max(bound);
+            rounding = rounding.max(placement.max_rounding(max_coordinate));
         }
     }
     Ok(rounding)

@@ -5,9 +5,10 @@
 
 use glam::{DMat3, DVec3};
 
+use crate::ReadError;
+use crate::copy::max_rounding_in_text;
 use crate::error::Format;
 use crate::text::{Line, number, placed_fields, quoted};
-use crate::{Precision, ReadError};
 
 /// Rounding of a position that is placed, or whose placement is undone \[units in the last place of the largest
 /// number on the way\]: less than 8 operations per coordinate, with factors of a rotation that are rounded twice.
@@ -48,12 +49,12 @@ impl Placement {
     }
 
     /// Returns a bound on the distance between a position in the assembly, whose coordinates are at most
-    /// `max_coordinate`, and where it is once it is undone, written in a precision, and placed again.
-    pub(crate) fn max_rounding(&self, precision: Precision, max_coordinate: f64) -> f64 {
+    /// `max_coordinate`, and where it is once it is undone, written, and placed again.
+    pub(crate) fn max_rounding(&self, max_coordinate: f64) -> f64 {
         let center = self.rotation.as_ref().map_or(DVec3::ZERO, |rotation| rotation.center);
         let size =
             3.0_f64.sqrt() * max_coordinate + 2.0 * center.length() + self.translation.length();
-        precision.max_rounding(size) + ROUNDING_STEPS * f64::EPSILON * size
+        max_rounding_in_text(size) + ROUNDING_STEPS * f64::EPSILON * size
     }
 }
 
@@ -155,6 +156,7 @@ fn rotation_matrix(axis: DVec3, degrees: f64) -> DMat3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Precision;
     use crate::text::Lines;
 
     static FORMAT: Format = Format { name: "INP", remedy: "" };
@@ -191,7 +193,7 @@ mod tests {
 
         // A third of a turn about the diagonal takes each axis to the next.
         let placement = placed("0,0,0\n1,1,1,2,2,2,120").expect("numbers").expect("a rotation");
-        let rounding = placement.max_rounding(Precision::Double, 3.0);
+        let rounding = placement.max_rounding(3.0);
         assert!(placement.place(x).distance(DVec3::new(3.0, 1.0, 2.0)) < rounding);
         assert!(rounding < 1e-12, "{rounding}");
         for lines in ["", "0., 0., -0.", "0,0,0\n1,2,3,4,5,6,720"] {
@@ -214,15 +216,13 @@ mod tests {
             let placement = lines.placement().expect("a placement");
 
             let x = DVec3::from_array([(); 3].map(|()| number(200.0)));
-            for precision in [Precision::Double, Precision::TwentyCharacters] {
-                let written = placement.undo(x).to_array().map(|x| {
-                    let text = precision.text(x);
-                    text.parse::<f64>().expect("a number")
-                });
-                let off = placement.place(DVec3::from_array(written)).distance(x);
-                let bound = placement.max_rounding(precision, 100.0);
-                assert!(off <= bound, "round {round}: {off:e} > {bound:e}");
-            }
+            let written = placement.undo(x).to_array().map(|x| {
+                let text = Precision::TwentyCharacters.text(x);
+                text.parse::<f64>().expect("a number")
+            });
+            let off = placement.place(DVec3::from_array(written)).distance(x);
+            let bound = placement.max_rounding(100.0);
+            assert!(off <= bound, "round {round}: {off:e} > {bound:e}");
         }
     }
 
