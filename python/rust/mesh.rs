@@ -18,7 +18,7 @@ type Mesh<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<u32>>, Option<S
 /// Level of the frame that warnings are of: that which calls the package.
 const CALLER: i32 = 2;
 
-/// Reads a mesh file, or some parts of an FEBio model, and warns of what it holds beside the mesh.
+/// Reads a mesh file, or some parts of a model of FEBio or Abaqus, and warns of what it holds beside the mesh.
 #[pyfunction]
 pub(crate) fn read_mesh(
     py: Python<'_>,

@@ -132,6 +132,19 @@ def test_parts_of_a_model_are_meshes(tmp_path):
         read_mesh(path, parts="upper")
 
 
+def test_instances_of_an_abaqus_model_are_meshes_where_they_are_placed(tmp_path):
+    path = tmp_path / "two.inp"
+    part = "*Part, name=p\n*Node\n1,0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n*Element, type=C3D4\n1,1,2,3,4\n*End Part\n"
+    place = "0, 0, 5\n0, 0, 0, 0, 0, 1, 90\n"
+    left, right = ("*Instance, name=" + name + ", part=p\n" for name in ("left", "right"))
+    end = "*End Instance\n"
+    path.write_text(f"{part}*Assembly\n{left}{end}{right}{place}{end}*End Assembly\n")
+    assert read_mesh(path, parts=["left"]).vertices[1].tolist() == [1.0, 0.0, 0.0]
+    assert read_mesh(path, parts=["RIGHT"]).vertices[1].tolist() == [0.0, 1.0, 5.0]
+    with pytest.raises(FileError, match="has the parts 'left', 'right'"):
+        read_mesh(path)
+
+
 def test_what_a_file_holds_beside_its_mesh_is_a_warning(tmp_path):
     path = tmp_path / "ball.ply"
     write_mesh(path, *sphere((0, 0, 0), 2.0, 12))

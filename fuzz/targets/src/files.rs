@@ -1,7 +1,12 @@
 //! Readers of files.
 
 use distance_field::Interpolation;
-use mesh_io::{FieldFormat, Mesh, MeshFormat, parse_mesh, replace_positions};
+use std::collections::BTreeMap;
+
+use mesh_io::{
+    FieldFormat, Mesh, MeshFormat, ReadError, move_nodes, parse_mesh, parse_parts,
+    replace_positions,
+};
 use surface::{SurfaceError, TriangleSurface, inspect};
 
 /// Reads a mesh file, whose first byte selects its extension, and returns true if the
@@ -11,7 +16,7 @@ use surface::{SurfaceError, TriangleSurface, inspect};
 ///
 /// Where a mesh has faces without vertices, or positions that are not finite; where it
 /// differs from what is read after writing it, in other formats or with its positions put in their
-/// own places; where a refusal holds control characters.
+/// own places; where a file of several parts changes though no node moves; where a refusal holds control characters.
 #[must_use]
 pub fn mesh(bytes: &[u8]) -> bool {
     const EXTENSIONS: [&str; 8] = ["ply", "obj", "stl", "vtp", "", "vtu", "msh", "inp"];
@@ -22,6 +27,9 @@ pub fn mesh(bytes: &[u8]) -> bool {
         Err(refusal) => {
             let message = refusal.to_string();
             assert!(!message.contains(char::is_control), "{message:?}");
+            if let ReadError::SeveralParts { known } = refusal {
+                check_parts(rest, extension, &known);
+            }
             return false;
         }
     };
@@ -46,6 +54,22 @@ pub fn mesh(bytes: &[u8]) -> bool {
             false
         }
     }
+}
+
+/// Checks that all parts of a file are meshes with valid corners, or refused, and that the file stays as it is where
+/// none of its nodes moves.
+fn check_parts(file: &[u8], extension: &str, known: &[String]) {
+    for part in known {
+        let Ok(meshes) = parse_parts(file, extension, &[std::slice::from_ref(part)]) else {
+            continue;
+        };
+        for Mesh { positions, faces, nodes, .. } in meshes {
+            TriangleSurface::new(positions.len(), faces).expect("valid corners");
+            assert_eq!(nodes.map(|nodes| nodes.len()), Some(positions.len()), "{part}");
+        }
+    }
+    let same = move_nodes(file, extension, &BTreeMap::new()).expect("a file that is read");
+    assert!(same == file, "nothing moves");
 }
 
 /// Checks that a file with its own positions put in their places reads back to the same mesh, where

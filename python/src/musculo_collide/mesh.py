@@ -44,7 +44,8 @@ def read_mesh(path: str | os.PathLike[str], *, parts: Iterable[str] = ()) -> Mes
 
     ``space`` of the mesh is what the file states, ``None`` where it states nothing; vertices are as the
     file has them. Formats are PLY, OBJ, OFF, STL, VTP, VTU, VTK, MSH, INP and FEB; of volume meshes, the surface is
-    read. Of an FEBio model, ``parts`` are the names of those that are the mesh; without names it is its only one.
+    read. Of a model of FEBio or Abaqus, ``parts`` are the names of those that are the mesh; without names it is its only
+    one.
     """
     vertices, faces, space = _native.read_mesh(_checks.path(path), _checks.names(parts, "parts"))
     mesh = Mesh(vertices, faces)
