@@ -135,13 +135,10 @@ impl LoadedScene {
         let mut insert = |number: u64, ends: [u32; 2]| {
             vertices.entry(number).and_modify(|known| *known = None).or_insert(Some(ends));
         };
-        match &self.vertex_numbers[body.index()] {
-            Some(numbers) => {
-                (0..).zip(numbers).for_each(|(vertex, &number)| insert(number, [vertex; 2]));
-            }
-            None => {
-                (0..).zip(0..count as u64).for_each(|(vertex, number)| insert(number, [vertex; 2]))
-            }
+        let numbers = self.vertex_numbers[body.index()].clone();
+        let numbers = numbers.unwrap_or_else(|| (0..count as u64).collect());
+        for (vertex, number) in (0..).zip(numbers) {
+            insert(number, [vertex; 2]);
         }
 
         if let Some(Volume { mesh, boundary, node_numbers, .. }) = &self.volumes[body.index()] {
