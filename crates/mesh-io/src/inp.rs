@@ -254,7 +254,7 @@ impl InpReader {
         let part = &mut parts[self.part];
         let fields =
             placed_fields(line.text, line.start, b',').skip(usize::from(!self.is_skipping));
-        if !self.is_in_assembly {
+        if self.sorting != Sorting::Wanted {
             let known = fields.filter_map(|field| nodes.index(number(field.text)?));
             part.other_nodes.extend(known);
         }

@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, HashMap};
 use crate::ReadError;
 use crate::error::Format;
 use crate::inp_placement::{Placement, PlacementLines};
-use crate::text::{Lines, quoted};
+use crate::text::{Line, Lines, quoted};
 
 /// Abaqus input file in refusals.
 pub(crate) static INP: Format = Format {
@@ -41,7 +41,7 @@ pub(crate) struct Section<'a> {
     pub(crate) lines: Lines<'a>,
 }
 
-/// Kind of a line's place.
+/// Kind of the section that a line is in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum SectionKind {
     Part,
@@ -52,48 +52,24 @@ enum SectionKind {
 impl<'a> Outline<'a> {
     /// Reads the keywords of a file, and the data lines that place instances.
     pub(crate) fn read(bytes: &'a [u8]) -> Result<Self, ReadError> {
-        let mut outline = Self::default();
         let mut lines = Lines::new(bytes);
-        let (mut kind, mut start) = (SectionKind::Outside, lines.clone());
-        let (mut placement, mut is_in_nodes) = (None, false);
-
+        let mut reader = OutlineReader::new(&lines);
         loop {
-            let here = lines.clone();
+            let from_here = lines.clone();
             let Some(line) = lines.next() else { break };
             let text = line.text.trim_ascii();
             if text.is_empty() || text.starts_with(b"**") {
                 continue;
             }
-            if !text.starts_with(b"*") {
-                if let (true, Some(section)) = (is_in_nodes, outline.last(kind)) {
-                    section.has_nodes = true;
-                }
-                let placing = placement.as_mut();
-                placing.map_or(Ok(()), |placing: &mut PlacementLines| placing.read(&INP, &line))?;
-                continue;
-            }
-
-            // Lines of a placement end with the next keyword.
-            if let (Some(placed), Some(instance)) = (placement.take(), outline.instances.last_mut())
-            {
-                instance.placement = placed.placement();
-            }
-            let keyword = keyword(text);
-            is_in_nodes = keyword == "NODE";
-            let Some(next) = section_of(&keyword) else { continue };
-            outline.end(kind, &start, line.start);
-            (kind, start) = (next, here);
-            if next != SectionKind::Outside {
-                outline.begin(next, text, line.number);
-                start = lines.clone();
-                placement = (next == SectionKind::Instance).then(PlacementLines::default);
+            if text.starts_with(b"*") {
+                reader.read_keyword(text, from_here, &lines);
+            } else {
+                reader.read_data(&line)?;
             }
         }
-        if let (Some(placed), Some(instance)) = (placement, outline.instances.last_mut()) {
-            instance.placement = placed.placement();
-        }
-        outline.end(kind, &start, bytes.len());
-        Ok(outline)
+        reader.end_placement();
+        reader.end_section(bytes.len());
+        Ok(reader.outline)
     }
 
     /// Returns true if the file has more than one part or instance.
@@ -140,38 +116,91 @@ impl<'a> Outline<'a> {
         }
         Ok(instances)
     }
+}
 
-    /// Begins a part or an instance, by the line of its keyword.
-    fn begin(&mut self, kind: SectionKind, text: &[u8], line: usize) {
+/// Reader of an outline.
+#[derive(Debug)]
+struct OutlineReader<'a> {
+    outline: Outline<'a>,
+    /// Kind of the section that is read, and the lines from its first one on.
+    kind: SectionKind,
+    start: Lines<'a>,
+    /// Lines that place the instance that is read, up to its first other keyword.
+    placement: Option<PlacementLines>,
+    is_in_nodes: bool,
+}
+
+impl<'a> OutlineReader<'a> {
+    fn new(lines: &Lines<'a>) -> Self {
+        Self {
+            outline: Outline::default(),
+            kind: SectionKind::Outside,
+            start: lines.clone(),
+            placement: None,
+            is_in_nodes: false,
+        }
+    }
+
+    /// Reads a keyword, given the lines from it on and those below it.
+    fn read_keyword(&mut self, text: &[u8], from_here: Lines<'a>, below: &Lines<'a>) {
+        self.end_placement();
+        let keyword = keyword(text);
+        self.is_in_nodes = keyword == "NODE";
+        let Some(kind) = section_of(&keyword) else { return };
+
+        self.end_section(from_here.byte());
+        self.kind = kind;
+        self.start = if kind == SectionKind::Outside { from_here } else { below.clone() };
         let section = Section {
             name: label(text, "NAME"),
             part: label(text, "PART"),
             placement: None,
             has_nodes: false,
-            line,
+            line: below.number(),
             lines: Lines::new(&[]),
         };
         match kind {
-            SectionKind::Part => self.parts.push(section),
-            SectionKind::Instance => self.instances.push(section),
+            SectionKind::Part => self.outline.parts.push(section),
+            SectionKind::Instance => {
+                self.outline.instances.push(section);
+                self.placement = Some(PlacementLines::default());
+            }
             SectionKind::Outside => {}
         }
     }
 
-    /// Ends what begins with some lines before a byte.
-    fn end(&mut self, kind: SectionKind, start: &Lines<'a>, end: usize) {
-        let lines = start.up_to(end);
-        match self.last(kind) {
-            Some(section) => section.lines = lines,
-            None => self.outside.push(lines),
+    /// Reads a data line, which may place an instance or be a node.
+    fn read_data(&mut self, line: &Line<'_>) -> Result<(), ReadError> {
+        if let Some(placement) = &mut self.placement {
+            return placement.read(&INP, line);
+        }
+        if let (true, Some(section)) = (self.is_in_nodes, self.section()) {
+            section.has_nodes = true;
+        }
+        Ok(())
+    }
+
+    /// Ends the lines that place an instance.
+    fn end_placement(&mut self) {
+        if let (Some(lines), Some(instance)) = (self.placement.take(), self.section()) {
+            instance.placement = lines.placement();
         }
     }
 
-    /// Returns the last part or instance.
-    fn last(&mut self, kind: SectionKind) -> Option<&mut Section<'a>> {
-        match kind {
-            SectionKind::Part => self.parts.last_mut(),
-            SectionKind::Instance => self.instances.last_mut(),
+    /// Ends the section that is read before a byte.
+    fn end_section(&mut self, end: usize) {
+        let lines = self.start.up_to(end);
+        match self.section() {
+            Some(section) => section.lines = lines,
+            None => self.outline.outside.push(lines),
+        }
+    }
+
+    /// Returns the part or instance that is read.
+    fn section(&mut self) -> Option<&mut Section<'a>> {
+        match self.kind {
+            SectionKind::Part => self.outline.parts.last_mut(),
+            SectionKind::Instance => self.outline.instances.last_mut(),
             SectionKind::Outside => None,
         }
     }

@@ -78,6 +78,11 @@ impl<'a> Lines<'a> {
         self.number
     }
 
+    /// Returns the byte at which the next line begins.
+    pub(crate) fn byte(&self) -> usize {
+        self.start
+    }
+
     /// Returns the lines from here on that begin before a byte, which begins one.
     pub(crate) fn up_to(&self, end: usize) -> Self {
         Self { bytes: self.bytes.get(..end).unwrap_or(self.bytes), ..self.clone() }
