@@ -23,6 +23,7 @@ pub(super) fn suffix(body: &BodyDescription) -> String {
 }
 
 /// Rounding of the positions of a body in its file.
+#[derive(Clone, Copy)]
 pub(super) struct FileRounding {
     pub(super) precision: Precision,
     /// Bound on the distance by which positions are rounded because the file has them in the axes of a part.
@@ -31,50 +32,62 @@ pub(super) struct FileRounding {
 
 /// Returns the rounding of each body. Rigid bodies are copied, and new files have double precision.
 pub(super) fn file_roundings(loaded: &LoadedScene) -> Result<Vec<FileRounding>, Failure> {
-    let mut roundings = Vec::new();
-    for (description, body) in loaded.description.bodies.iter().zip(loaded.scene.bodies()) {
-        let path = &description.path;
-        let mut rounding = FileRounding { precision: Precision::Double, of_placement: 0.0 };
-        if !body.is_rigid() && is_rewritten(description) {
-            let refused = |error| Failure::in_file(path, error);
-            let (content, extension) = (mesh_io::read_file(path)?, extension(path));
-            rounding.precision =
-                mesh_io::coordinate_precision(&content, &extension).map_err(refused)?;
-            let (parts, size) = (&description.parts, body.largest_coordinate());
-            rounding.of_placement =
+    let (bodies, described) = (loaded.scene.bodies(), &loaded.description.bodies);
+    let none = FileRounding { precision: Precision::Double, of_placement: 0.0 };
+    let mut roundings = vec![none; bodies.len()];
+    for numbers in soft_bodies_by_file(loaded) {
+        let path = &described[numbers[0]].path;
+        let refused = |error| Failure::in_file(path, error);
+        let (content, extension) = (mesh_io::read_file(path)?, extension(path));
+        let precision = mesh_io::coordinate_precision(&content, &extension).map_err(refused)?;
+        for number in numbers {
+            let (parts, size) = (&described[number].parts, bodies[number].largest_coordinate());
+            let of_placement =
                 mesh_io::placement_rounding(&content, &extension, parts, size).map_err(refused)?;
+            roundings[number] = FileRounding { precision, of_placement };
         }
-        roundings.push(rounding);
     }
     Ok(roundings)
 }
 
 /// Refuses soft bodies whose nodes are those of other instances, too: their part has one set of coordinates.
 pub(super) fn check_shared_parts(loaded: &LoadedScene) -> Result<(), Failure> {
-    for (description, body) in loaded.description.bodies.iter().zip(loaded.scene.bodies()) {
-        if body.is_rigid() || description.parts.is_empty() || !is_rewritten(description) {
+    let described = &loaded.description.bodies;
+    for numbers in soft_bodies_by_file(loaded) {
+        let path = &described[numbers[0]].path;
+        if described[numbers[0]].parts.is_empty() {
             continue;
         }
-        let path = &description.path;
         let content = mesh_io::read_file(path)?;
         let parts = mesh_io::instances_by_part(&content, &extension(path))
             .map_err(|error| Failure::in_file(path, error))?;
-        for (part, instances) in parts.into_iter().filter(|(_, instances)| instances.len() > 1) {
-            let Some(own) = instances.iter().position(|name| description.has_part(name)) else {
-                continue;
-            };
-            let (own, other) = (&instances[own], &instances[usize::from(own == 0)]);
-            let [part, own, other] = [&part, own, other].map(|name| mesh_io::escaped(name));
-            return Err(Failure::in_file(
-                path,
-                format!(
-                    "'{own}' can move, but its part '{part}' has one set of coordinates, which are those of \
-                     '{other}', too: give '{own}' a part of its own, or make all instances of '{part}' rigid"
-                ),
-            ));
+        for (part, instances) in parts.iter().filter(|(_, instances)| instances.len() > 1) {
+            let can_move =
+                |name: &String| numbers.iter().any(|&number| described[number].has_part(name));
+            let Some(own) = instances.iter().position(can_move) else { continue };
+            let names = [part, &instances[own], &instances[usize::from(own == 0)]];
+            let [part, own, other] = names.map(|name| mesh_io::escaped(name));
+            let problem = format!(
+                "'{own}' can move, but its part '{part}' has one set of coordinates, which are those of \
+                 '{other}', too: give '{own}' a part of its own, or make all instances of '{part}' rigid"
+            );
+            return Err(Failure::in_file(path, problem));
         }
     }
     Ok(())
+}
+
+/// Returns the numbers of the bodies of each file that can move and are written into a copy of it.
+fn soft_bodies_by_file(loaded: &LoadedScene) -> Vec<Vec<usize>> {
+    let bodies = loaded.scene.bodies();
+    let mut files = loaded.description.bodies_by_file();
+    for numbers in &mut files {
+        numbers.retain(|&number| {
+            !bodies[number].is_rigid() && is_rewritten(&loaded.description.bodies[number])
+        });
+    }
+    files.retain(|numbers| !numbers.is_empty());
+    files
 }
 
 /// Refuses soft volume meshes with inverted elements, which cannot follow their surfaces.
