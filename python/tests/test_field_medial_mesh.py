@@ -134,7 +134,8 @@ def test_parts_of_a_model_are_meshes(tmp_path):
 
 def test_instances_of_an_abaqus_model_are_meshes_where_they_are_placed(tmp_path):
     path = tmp_path / "two.inp"
-    part = "*Part, name=p\n*Node\n1,0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n*Element, type=C3D4\n1,1,2,3,4\n*End Part\n"
+    nodes = "*Node\n1,0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n"
+    part = f"*Part, name=p\n{nodes}*Element, type=C3D4\n1,1,2,3,4\n*End Part\n"
     place = "0, 0, 5\n0, 0, 0, 0, 0, 1, 90\n"
     left, right = ("*Instance, name=" + name + ", part=p\n" for name in ("left", "right"))
     end = "*End Instance\n"

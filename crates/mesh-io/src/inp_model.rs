@@ -58,16 +58,15 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
 
 /// Reads the meshes of bodies, each by the names of its parts.
 pub(crate) fn parse_parts(bytes: &[u8], bodies: &[&[String]]) -> Result<Vec<Mesh>, ReadError> {
-    let outline = Outline::read(bytes)?;
     let model = InpModel::read(bytes)?;
     let mut meshes = Vec::new();
     for names in bodies {
-        let names = model.spelled(names);
-
-        // All of a file with one part is its mesh, whatever its name is.
-        let is_only = outline.only_name().is_some_and(|only| names.iter().all(|name| name == only));
-        let is_whole = !outline.has_several() && (names.is_empty() || is_only);
-        meshes.push(if is_whole { whole(bytes, &outline)? } else { model.parts.mesh(&names)? });
+        let is_whole = names.is_empty();
+        meshes.push(if is_whole {
+            parse(bytes)?
+        } else {
+            model.parts.mesh(&model.spelled(names))?
+        });
     }
     Ok(meshes)
 }

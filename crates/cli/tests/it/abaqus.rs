@@ -236,6 +236,13 @@ fn a_placed_part_of_its_own_file_is_written_likewise() {
     assert_ne!(nodes_of(&after, "Tissue"), own);
     let behind_nodes = |text: &str| text.split("*Element").nth(1).map(str::to_owned);
     assert_eq!(behind_nodes(&after), behind_nodes(&file(&TURN.lines())));
+    let scene = "[[body]]\nfile = \"bone.inp\"\nkind = \"rigid\"\n\
+        [[body]]\nname = \"disc\"\nfile = \"disc.inp\"\nparts = [\"I\"]\n";
+    workshop.write("scene.toml", scene);
+    let run =
+        workshop.run("resolve", &["scene.toml", "--gap", "0.05", "--no-report", "--out", "named"]);
+    assert_eq!(run.status, 0, "{}{}", run.stdout, run.stderr);
+    assert_eq!(workshop.read("named/disc.inp"), after, "its name changes nothing");
     let run = workshop.check(&["o/bone.inp", "o/disc.inp", "--margin", "0.1", "--json", "o.json"]);
     assert_eq!(run.status, 0, "{}", run.stdout);
     let distance = json(&workshop, "o.json")["pairs"][0]["distance"].as_f64().expect("a distance");

@@ -138,7 +138,9 @@ fn a_placed_instance_needs_no_name() {
         (None, vec![])
     );
     for name in ["i", "I"] {
-        assert_eq!(part(&placed, &[name]).expect("a mesh").positions, mesh.positions, "{name}");
+        let named = part(&placed, &[name]).expect("a mesh");
+        assert_eq!((&named.positions, &named.skipped), (&mesh.positions, &mesh.skipped), "{name}");
+        assert_eq!((named.faces, named.nodes), (mesh.faces.clone(), Some((0..9).collect())));
     }
     let unknown = part(&placed, &["block"]).expect_err("an instance").to_string();
     assert_eq!(unknown, "has no part 'block'; its parts are 'i'");
