@@ -1,7 +1,7 @@
 //! Placement of an instance in the assembly of an Abaqus input file: a translation, then a rotation about an axis.
 //!
-//! Source: "Abaqus Keywords Reference Guide", `*INSTANCE`; "Abaqus Analysis User's Guide", "Defining an
-//! assembly": the translation comes first, and the axis of the rotation is one of the assembly.
+//! The axis is one of the assembly. Source: "Abaqus Keywords Reference Guide", `*INSTANCE`, for the data lines; "MCNP Code
+//! User's Manual", section 8.7.2 of the edition with HDF5 meshes, for their order: the translation is applied before the rotation.
 
 use glam::{DMat3, DVec3};
 
