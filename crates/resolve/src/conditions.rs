@@ -25,6 +25,14 @@ pub(crate) struct TieBond {
     pub(crate) weights: [f64; 3],
 }
 
+impl Tissue {
+    /// Fixes a vertex.
+    pub(crate) fn fix(&mut self, vertex: u32) {
+        self.is_fixed.resize(self.rest.len(), false);
+        self.is_fixed[vertex as usize] = true;
+    }
+}
+
 impl Conditions {
     /// Marks the fixed vertices.
     pub(crate) fn fix(&self, tissues: &mut [Tissue]) -> Result<(), ResolveError> {
@@ -35,9 +43,7 @@ impl Conditions {
                 if vertex as usize >= count {
                     return Err(ResolveError::NoSuchVertex { body, vertex, count });
                 }
-                let is_fixed = &mut tissues[body].is_fixed;
-                is_fixed.resize(count, false);
-                is_fixed[vertex as usize] = true;
+                tissues[body].fix(vertex);
             }
         }
         Ok(())

@@ -25,8 +25,11 @@ use glam::DVec3;
 /// is thrown far for a little; above, less is opened in a round.
 const MIN_LEVER: f64 = 0.01;
 
-/// Particles with their weights: at most the corners of two faces.
-pub(crate) type Terms = ArrayVec<(u32, f64), 6>;
+/// Largest number of particles in an opening: the corners of two faces.
+pub(crate) const MAX_TERMS: usize = 6;
+
+/// Particles with their weights.
+pub(crate) type Terms = ArrayVec<(u32, f64), MAX_TERMS>;
 
 /// Linear inequality on the displacements of a few particles.
 #[derive(Clone, Debug)]
@@ -60,6 +63,15 @@ pub(crate) struct ActiveParticle {
     pub(crate) body: usize,
 }
 
+/// Gradient of the volume of one more body with respect to a particle that is of several.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SharedArea {
+    pub(crate) particle: u32,
+    /// Body, by its number.
+    pub(crate) body: usize,
+    pub(crate) area: DVec3,
+}
+
 /// Problem of one round.
 #[derive(Debug, Default)]
 pub(crate) struct ElasticProblem {
@@ -69,6 +81,8 @@ pub(crate) struct ElasticProblem {
     pub(crate) links: Vec<(u32, f64)>,
     pub(crate) rows: Vec<GapRow>,
     pub(crate) bonds: Vec<Bond>,
+    /// Areas in bodies other than their own, in the order of the particles.
+    pub(crate) shared_areas: Vec<SharedArea>,
     /// Volume that each body is to gain.
     pub(crate) missing_volumes: Vec<f64>,
 }

@@ -56,8 +56,7 @@ impl Run<'_> {
         self.add_tie_bonds(&mut problem);
 
         let tolerance = SOLVED_SHARE * clearance(&self.params);
-        let penalty = self.params.tuning.penalty;
-        let steps = problem.minimize(&displacements, STEP_SWEEPS, tolerance, penalty);
+        let steps = self.minimize(problem, &displacements, STEP_SWEEPS, tolerance);
         self.take_elastic_steps(&steps, &displacements);
         self.clamp();
         Ok(())
@@ -97,7 +96,9 @@ impl Run<'_> {
         let mut rows = Vec::new();
         for pair in self.near.iter() {
             if self.uses_edges(&pair.report) {
-                let edges = pair.edges.iter().filter(|contact| !self.is_of_tie(contact));
+                let is_tied = self.is_tied(pair.report.pair);
+                let edges = pair.edges.iter();
+                let edges = edges.filter(|contact| !(is_tied && self.is_of_tie(contact)));
                 rows.extend(edges.filter_map(|contact| self.row(contact)));
             }
         }

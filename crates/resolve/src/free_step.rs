@@ -37,7 +37,7 @@ impl Run<'_> {
         let (mut touching, mut normals) = (Vec::new(), None);
         let mut pass = 0;
         loop {
-            self.limit_shape(displacements, &mut shares, &changed)?;
+            self.limit_shapes(displacements, &mut shares, &mut changed)?;
             let ends = self.ends_of_step(displacements, &shares);
             let meetings = self.meetings(&ends, &changed, crossing)?;
             changed.fill(false);
@@ -47,7 +47,12 @@ impl Run<'_> {
             let mut is_free = true;
             for PairSweep { pair, contacts } in &meetings {
                 let mut is_held = false;
+                let first_of_b = self.scene.body(pair.b).particles().start;
                 for SweptContact { contact, at_start, .. } in contacts {
+                    if self.ties.seams.joins(contact, first_of_b) {
+                        continue;
+                    }
+
                     // What touches and does not approach may go on: exact detection decides after.
                     let terms = contact.stencil.terms();
                     let approach =
@@ -74,6 +79,7 @@ impl Run<'_> {
                 }
             }
             shares = held_shares;
+            self.ties.seams.lower(self.scene, &mut shares, &mut changed);
             if is_free {
                 touching.sort_unstable();
                 touching.dedup();
@@ -137,10 +143,40 @@ impl Run<'_> {
         for id in pair.bodies() {
             changed[id.index()] = true;
             if pass >= MAX_HOLD_PASSES {
-                let range = self.scene.body(id).particles();
-                shares[range.start as usize..range.end as usize].fill(0.0);
+                self.rest_body(id.index(), shares);
             }
         }
+    }
+
+    /// Shortens the steps of vertices of changed bodies until no face turns over, and no body crosses itself anew,
+    /// and those at one point of a seam to the shortest of them. Bodies that change by that are changed, too.
+    fn limit_shapes(
+        &mut self,
+        displacements: &[DVec3],
+        shares: &mut [f64],
+        changed: &mut [bool],
+    ) -> Result<(), Interrupted> {
+        let mut to_limit = changed.to_vec();
+        for pass in 0.. {
+            self.limit_shape(displacements, shares, &to_limit)?;
+            to_limit.fill(false);
+            if !self.ties.seams.lower(self.scene, shares, &mut to_limit) {
+                break;
+            }
+            for (number, lowered) in to_limit.iter().enumerate() {
+                changed[number] |= lowered;
+                if *lowered && pass >= MAX_HOLD_PASSES {
+                    self.rest_body(number, shares);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Lets a body rest in a step.
+    fn rest_body(&self, number: usize, shares: &mut [f64]) {
+        let range = self.scene.bodies()[number].particles();
+        shares[range.start as usize..range.end as usize].fill(0.0);
     }
 
     /// Shortens the steps of vertices of changed bodies until no face turns over, and no body crosses

@@ -72,9 +72,7 @@ impl Run<'_> {
                 break broken;
             }
             let at_rest = vec![DVec3::ZERO; self.inverse_masses.len()];
-            let penalty = self.params.tuning.penalty;
-            let displacements =
-                problem.minimize(&at_rest, GAP_SWEEPS, SOLVED_SHARE * slack, penalty);
+            let displacements = self.minimize(problem, &at_rest, GAP_SWEEPS, SOLVED_SHARE * slack);
             moved = self.move_freely(&displacements, &crossing)?;
             if !crossing.is_empty() {
                 self.detect_moved(&moved)?;
@@ -192,7 +190,7 @@ impl Run<'_> {
         crossing: &[PairId],
     ) -> Result<(), ResolveError> {
         let tolerance = SOLVED_SHARE * self.gap_slack();
-        let steps = problem.minimize(u, STEP_SWEEPS, tolerance, self.params.tuning.penalty);
+        let steps = self.minimize(problem, u, STEP_SWEEPS, tolerance);
         self.move_freely(&steps, crossing)?;
         Ok(())
     }

@@ -73,6 +73,8 @@ mod resolution;
 mod resolver;
 mod round;
 mod run;
+mod seam_particles;
+mod seams;
 mod self_contacts;
 mod settle;
 mod shape;
@@ -81,6 +83,7 @@ mod spread;
 mod squeeze;
 #[cfg(test)]
 mod test_scenes;
+mod tied_motion;
 mod ties;
 mod tissue;
 mod tuning;

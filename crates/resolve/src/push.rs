@@ -93,7 +93,8 @@ impl Run<'_> {
         let law = ContactLaw::new(Margins::new(clearance(&self.params), max_step)?, 0.0)?;
 
         // Deeper overlaps than a step are left to later rounds.
-        let mut contacts = self.contacts()?;
+        let contacts = self.contacts()?;
+        let mut contacts = self.ties.seams.contacts(contacts);
         for contact in &mut contacts {
             contact.gap = contact.gap.max(-max_step);
         }
@@ -201,7 +202,9 @@ impl Run<'_> {
         for tissue in &self.tissues {
             all.extend_from_slice(&tissue.u);
         }
+        self.ties.seams.join(&mut all);
         islands.solve(&mut all, &params)?;
+        self.ties.seams.lead(&mut all);
 
         // Each tissue takes its own part back.
         let mut rest = &all[..];

@@ -9,7 +9,6 @@ use scene::{BodyMove, CheckParams, DepthBracket, PairId, PairOverlap, PairReport
 use surface::parallel;
 use surface::progress::{Interrupted, Progress};
 
-use crate::conditions::TieBond;
 use crate::elastic::GapRow;
 use crate::exempt::Exempt;
 use crate::exit_sides::ExitMemory;
@@ -19,6 +18,7 @@ use crate::resolution::{
     BodyChange, Obstacle, Remaining, Resolution, deepest, max_bracket, overlaps_in,
 };
 use crate::round::Round;
+use crate::ties::Ties;
 use crate::tissue::{Tissue, fitted_tree};
 use crate::warm_start::LocalDisplacements;
 use crate::{Conditions, GapRound, ResolveError, ResolveParams};
@@ -70,11 +70,7 @@ pub(crate) struct Run<'a> {
     accepted: Option<usize>,
     /// States that were accepted last.
     pub(crate) accepted_states: VecDeque<AcceptedState>,
-    /// Pairs that are tied, ascending.
-    pub(crate) tied: Vec<PairId>,
-    pub(crate) tie_bonds: Vec<TieBond>,
-    /// True for particles that follow another body.
-    pub(crate) is_follower: Vec<bool>,
+    pub(crate) ties: Ties,
 }
 
 /// State of all bodies after an accepted round.
@@ -129,17 +125,12 @@ impl<'a> Run<'a> {
             tissue.is_held = exempt.bodies.contains(&tissue.id);
         }
         conditions.uncross(scene, &mut tissues, start)?;
-        let tied = conditions.tied_pairs();
-        let tie_bonds = conditions.tie_bonds(scene, &tissues, &near)?;
+        let ties = Ties::new(conditions, scene, &mut tissues, &near)?;
         let mut inverse_masses = Vec::new();
         for tissue in &tissues {
             inverse_masses.extend(tissue.inverse_masses());
         }
-        let mut is_follower = vec![false; inverse_masses.len()];
-        for bond in &tie_bonds {
-            is_follower[(scene.body(bond.follower).particles().start + bond.vertex) as usize] =
-                true;
-        }
+        ties.seams.add_masses(&mut inverse_masses);
 
         let mut run = Self {
             scene,
@@ -164,9 +155,7 @@ impl<'a> Run<'a> {
             gap_rounds: Vec::new(),
             accepted: None,
             accepted_states: VecDeque::new(),
-            tied,
-            tie_bonds,
-            is_follower,
+            ties,
         };
         for near in run.near.iter() {
             if near.report.overlaps {
@@ -429,7 +418,7 @@ impl<'a> Run<'a> {
         to: impl Fn(&Tissue, &[DVec3]) -> Option<Vec<DVec3>> + Sync + Send,
     ) -> Result<(), ResolveError> {
         let scene = &*self.scene;
-        let ends = parallel::map_slice_with(
+        let mut ends = parallel::map_slice_with(
             &self.tissues,
             || (),
             |(), tissue| {
@@ -438,6 +427,7 @@ impl<'a> Run<'a> {
                 x.filter(|x| x != from)
             },
         );
+        self.ties.seams.join_ends(scene, &mut ends);
         let mut moves = Vec::new();
         for (tissue, end) in self.tissues.iter_mut().zip(&ends) {
             if let Some(positions) = end {

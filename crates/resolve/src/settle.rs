@@ -48,7 +48,9 @@ impl Run<'_> {
         let mut stalled = 0;
         for _ in 0..self.params.max_rounds {
             let Some(id) = self.tissues.get(number).map(|tissue| tissue.id) else { break };
-            if displacement <= self.longest_way || self.tied.iter().any(|pair| pair.contains(id)) {
+            if displacement <= self.longest_way
+                || self.ties.pairs.iter().any(|pair| pair.contains(id))
+            {
                 break;
             }
             let (last, body) = (displacement, number);
@@ -178,7 +180,7 @@ mod tests {
         run.longest_way = longest_way;
         let bodies = [0, 1].map(|number| run.tissues[number].id);
         if is_tied {
-            run.tied.push(PairId::new(bodies[0], bodies[1]));
+            run.ties.pairs.push(PairId::new(bodies[0], bodies[1]));
         }
         let out = |x: &DVec3| *x + out * DVec3::Z;
         run.move_soft(|_, from| Some(from.iter().map(out).collect())).expect("positions");

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use glam::DVec3;
+
 use crate::parts::Part;
 use crate::shared_number::SharedNumber;
 
@@ -14,9 +16,31 @@ pub(crate) struct VolumeRow {
     pub(crate) penalty: f64,
     /// Parts of the body.
     pub(crate) parts: Range<usize>,
+    /// Numbers of what parts of other bodies gain of it.
+    pub(crate) shared: Vec<usize>,
     pub(crate) multiplier: SharedNumber,
     /// Volume that was gained before the present sweep.
     pub(crate) gained: SharedNumber,
+}
+
+/// Volume of a body that a part of another one gains, by particles that are of both.
+#[derive(Default)]
+pub(crate) struct SharedGain {
+    pub(crate) part: usize,
+    pub(crate) body: usize,
+    /// Volume that parts of colors before have gained in the present sweep.
+    pub(crate) before: SharedNumber,
+    /// Volume that the part has gained in it.
+    pub(crate) gained: SharedNumber,
+}
+
+/// Gradient of a body's volume with respect to a particle of a part that shares in its gain.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RelaxedArea {
+    pub(crate) area: DVec3,
+    pub(crate) body: usize,
+    /// Number of the gain.
+    pub(crate) gain: usize,
 }
 
 impl VolumeRow {

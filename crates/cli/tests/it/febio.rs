@@ -355,6 +355,27 @@ fn nodes_of_several_soft_parts_stay_in_one_place() {
     }
 }
 
+/// Two soft parts side by side, and a bone that is in both across the nodes that they share.
+#[test]
+fn bone_across_shared_nodes_is_taken_off_both_parts() {
+    for (depth, parts) in [(0.3, [5, 5, 3]), (0.8, [4, 4, 2])] {
+        let workshop = Workshop::new();
+        let mut model = Model::default();
+        let side = Block::new(DVec3::new(8.0, 8.0, 4.0), [8, 8, 4]);
+        model.add("left", &side);
+        model.add("right", &side.translated(DVec3::X * 8.0));
+        let bone = Block::new(DVec3::new(4.0, 4.0, 2.0), parts);
+        model.add("bone", &bone.translated(DVec3::new(6.1, 1.9, 4.0 - depth)));
+        workshop.write("sides.feb", model.text());
+        let options =
+            ["sides.feb", "--rigid", "bone", "--gap", "0.05", "--no-report", "--out", "apart"];
+        let run = workshop.run("resolve", &options);
+        assert_eq!(run.status, 0, "{depth}: {}{}", run.stdout, run.stderr);
+        let check = workshop.check(&["apart/sides.feb", "--rigid", "bone"]);
+        assert_eq!(check.status, 0, "{depth}: {}", check.stdout);
+    }
+}
+
 #[test]
 fn names_of_parts_are_checked() {
     let workshop = Workshop::new();

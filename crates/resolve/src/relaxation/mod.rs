@@ -14,7 +14,7 @@ use crate::occurrences::Occurrence;
 use crate::parts::Part;
 use crate::shared_number::{SharedNumber, SharedVector};
 use crate::turns::Turns;
-use crate::volume_row::VolumeRow;
+use crate::volume_row::{RelaxedArea, SharedGain, VolumeRow};
 
 /// Part of an accuracy that rows may be missing from a solution: a quarter, so that what is solved for is left
 /// where all that is computed from it is rounded.
@@ -85,6 +85,9 @@ struct Relaxation {
     colors: Vec<usize>,
     /// Volume that each part has gained in the present sweep.
     gained: Vec<SharedNumber>,
+    /// Areas of particles in bodies other than their own, and what parts gain of these, part by part.
+    shared_areas: Vec<RelaxedArea>,
+    shared_gains: Vec<SharedGain>,
     turns: Turns,
 }
 
@@ -93,6 +96,7 @@ struct Relaxation {
 #[derive(Clone, Copy, Debug, Default)]
 struct RelaxedParticle {
     particle: u32,
+    shared_areas_end: u32,
     area: DVec3,
     /// Force of links to particles that are not active.
     pull: DVec3,
@@ -146,15 +150,12 @@ impl Relaxation {
     fn sweep_part(&self, number: usize, is_forward: bool) {
         let Part { body, particles } = &self.parts[number];
         let volume = &self.volumes[*body];
-
-        // What parts of colors before have gained in this sweep counts.
         let color = self.colors[number];
-        let is_before = |other: usize| if is_forward { other < color } else { other > color };
-        let mut before = 0.0;
-        for part in volume.parts.clone() {
-            if is_before(self.colors[part]) {
-                before += self.gained[part].get();
-            }
+        let before = self.gained_before(volume, color, is_forward);
+        for gain in self.gains_of(number) {
+            let volume = &self.volumes[gain.body];
+            gain.before.set(self.gained_before(volume, color, is_forward));
+            gain.gained.set(0.0);
         }
         let mut gained = before;
         for step in 0..particles.len() {
@@ -162,6 +163,34 @@ impl Relaxation {
             self.relax(i, volume, &mut gained);
         }
         self.gained[number].set(gained - before);
+    }
+
+    /// Returns the volume that parts of colors before have gained of a body in the present sweep.
+    fn gained_before(&self, volume: &VolumeRow, color: usize, is_forward: bool) -> f64 {
+        let is_before = |part: usize| match is_forward {
+            true => self.colors[part] < color,
+            false => self.colors[part] > color,
+        };
+        let mut before = 0.0;
+        for part in volume.parts.clone() {
+            if is_before(part) {
+                before += self.gained[part].get();
+            }
+        }
+        for &number in &volume.shared {
+            let gain = &self.shared_gains[number];
+            if is_before(gain.part) {
+                before += gain.gained.get();
+            }
+        }
+        before
+    }
+
+    /// Returns what a part gains of bodies other than its own.
+    fn gains_of(&self, part: usize) -> &[SharedGain] {
+        let first = self.shared_gains.partition_point(|gain| gain.part < part);
+        let end = self.shared_gains.partition_point(|gain| gain.part <= part);
+        &self.shared_gains[first..end]
     }
 
     /// Returns true if there is enough to do for several threads.
@@ -193,6 +222,12 @@ impl Relaxation {
         force += volume.force(*gained) * active.area;
         let mut stiffness = DMat3::from_diagonal(DVec3::splat(active.diagonal));
         stiffness += outer(active.area, volume.penalty);
+        let shared = before.shared_areas_end as usize..active.shared_areas_end as usize;
+        for &RelaxedArea { area, body, gain } in &self.shared_areas[shared.clone()] {
+            let (volume, gain) = (&self.volumes[body], &self.shared_gains[gain]);
+            force += volume.force(gain.before.get() + gain.gained.get()) * area;
+            stiffness += outer(area, volume.penalty);
+        }
         let in_rows = &self.in_rows[before.rows_end..active.rows_end];
         let (pushed, hessian) = self.add_rows(in_rows, force, stiffness);
         let mut step = hessian.inverse() * pushed;
@@ -213,6 +248,9 @@ impl Relaxation {
         // All that depends on the particle follows it.
         self.u[i].add(step);
         *gained += active.area.dot(step);
+        for shared in &self.shared_areas[shared] {
+            self.shared_gains[shared.gain].gained.add(shared.area.dot(step));
+        }
         for occurrence in &self.in_bonds[bonds] {
             self.bonds[occurrence.number as usize].stretch.add(occurrence.weight * step);
         }
@@ -265,6 +303,9 @@ impl Relaxation {
         }
         for (part, gained) in self.parts.iter().zip(&self.gained) {
             self.volumes[part.body].gained.add(gained.get());
+        }
+        for gain in &self.shared_gains {
+            self.volumes[gain.body].gained.add(gain.gained.get());
         }
         for volume in &self.volumes {
             volume.multiplier.set(volume.force(0.0));

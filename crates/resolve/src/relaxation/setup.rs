@@ -4,12 +4,12 @@ use glam::DVec3;
 use surface::parallel;
 
 use super::{Relaxation, RelaxedBond, RelaxedParticle, RelaxedRow};
-use crate::elastic::{ActiveParticle, Bond, ElasticProblem, GapRow, Terms};
+use crate::elastic::{ActiveParticle, Bond, ElasticProblem, GapRow, SharedArea, Terms};
 use crate::occurrences::{INACTIVE, Occurrences, occurrences};
 use crate::parts::{self, Part, PartGraph};
 use crate::shared_number::{SharedNumber, SharedVector};
 use crate::turns::Turns;
-use crate::volume_row::{VolumeRow, volume_rows};
+use crate::volume_row::{RelaxedArea, SharedGain, VolumeRow, volume_rows};
 
 /// Particles by their own numbers, with the parts that they are in.
 struct Numbering<'a> {
@@ -35,11 +35,19 @@ struct Coupled {
     graph: PartGraph,
 }
 
+/// Areas of particles in bodies other than their own, and what parts gain of these.
+#[derive(Default)]
+struct SharedVolumes {
+    areas: Vec<RelaxedArea>,
+    gains: Vec<SharedGain>,
+}
+
 impl Relaxation {
     /// Sets up a problem at the displacements `u` of all particles. The `penalty` is the stiffness of each row's
     /// augmented term, relative to what it moves.
     pub(super) fn new(problem: ElasticProblem, u: &[DVec3], penalty: f64) -> Self {
-        let ElasticProblem { particles: active, links, rows, bonds, missing_volumes } = problem;
+        let ElasticProblem { particles: active, links, rows, bonds, shared_areas, missing_volumes } =
+            problem;
         let numbering = Numbering::new(&active, u.len());
         let (linked, coupled) =
             parallel::join(|| numbering.link(&links, u), || numbering.couple(rows, &bonds, u));
@@ -59,7 +67,8 @@ impl Relaxation {
         graph.merge(of_terms);
         let colors = graph.colors(parts.len());
         let mut volumes = volume_rows(missing_volumes, &parts);
-        set_volume_penalties(&mut volumes, &parts, &particles);
+        let shared = share_volumes(&shared_areas, &numbers, &parts, &mut particles, &mut volumes);
+        set_volume_penalties(&mut volumes, &parts, &particles, &shared.areas);
         let displaced =
             |particle: &RelaxedParticle| SharedVector::new(u[particle.particle as usize]);
         Self {
@@ -72,6 +81,8 @@ impl Relaxation {
             in_bonds: in_bonds.all,
             volumes,
             gained: parts.iter().map(|_| SharedNumber::default()).collect(),
+            shared_areas: shared.areas,
+            shared_gains: shared.gains,
             parts,
             turns: Turns::new(&colors),
             colors,
@@ -186,13 +197,66 @@ fn relaxed_rows(
     relaxed
 }
 
+/// Lists the areas of particles in bodies other than their own, and what each part gains of these. Areas are in the
+/// order of the particles.
+fn share_volumes(
+    shared_areas: &[SharedArea],
+    numbers: &[u32],
+    parts: &[Part],
+    particles: &mut [RelaxedParticle],
+    volumes: &mut [VolumeRow],
+) -> SharedVolumes {
+    let mut shared = SharedVolumes::default();
+    if shared_areas.is_empty() {
+        return shared;
+    }
+
+    // The gains of a part follow each other, since its particles do.
+    let mut first_of_part = 0;
+    for &SharedArea { particle, body, area } in shared_areas {
+        let number = numbers[particle as usize] as usize;
+        let part = parts.partition_point(|part| part.particles.end <= number);
+        if shared.gains.last().is_none_or(|gain| gain.part < part) {
+            first_of_part = shared.gains.len();
+        }
+        let known = shared.gains[first_of_part..].iter().position(|gain| gain.body == body);
+        let gain = known.map_or(shared.gains.len(), |known| first_of_part + known);
+        if known.is_none() {
+            volumes[body].shared.push(gain);
+            shared.gains.push(SharedGain { part, body, ..SharedGain::default() });
+        }
+        shared.areas.push(RelaxedArea { area, body, gain });
+        particles[number].shared_areas_end += 1;
+    }
+    let mut end = 0;
+    for particle in particles {
+        end += particle.shared_areas_end;
+        particle.shared_areas_end = end;
+    }
+    shared
+}
+
 /// Sets the stiffness of each volume in proportion to what it moves.
-fn set_volume_penalties(volumes: &mut [VolumeRow], parts: &[Part], particles: &[RelaxedParticle]) {
+fn set_volume_penalties(
+    volumes: &mut [VolumeRow],
+    parts: &[Part],
+    particles: &[RelaxedParticle],
+    shared: &[RelaxedArea],
+) {
     let mut compliances = vec![0.0; volumes.len()];
     for part in parts {
+        let mut first = match part.particles.start {
+            0 => 0,
+            start => particles[start - 1].shared_areas_end as usize,
+        };
         for active in &particles[part.particles.clone()] {
+            let own = &shared[first..active.shared_areas_end as usize];
+            first = active.shared_areas_end as usize;
             if active.diagonal > 0.0 {
                 compliances[part.body] += active.area.length_squared() / active.diagonal;
+                for RelaxedArea { area, body, .. } in own {
+                    compliances[*body] += area.length_squared() / active.diagonal;
+                }
             }
         }
     }

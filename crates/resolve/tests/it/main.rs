@@ -9,6 +9,7 @@ mod inside_out;
 mod interruption;
 mod knee;
 mod planted;
+mod seams;
 mod self_contact;
 mod set_aside;
 mod thigh;

@@ -1,0 +1,259 @@
+//! Seams: vertices of soft bodies that are tied at one place, and move as one particle.
+//!
+//! A bond between two such vertices would let the contacts of one be undone by the other, in each round a little.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+use scene::{BodyId, Scene};
+use surface::{Contact, Stencil, Term, UnionFind};
+
+use crate::conditions::TieBond;
+use crate::count::as_f64;
+use crate::elastic::{MAX_TERMS, Terms};
+use crate::tissue::Tissue;
+
+/// Rounding of a weight that is the difference of two others \[their sum\].
+const WEIGHT_ROUNDING: f64 = 8.0 * f64::EPSILON;
+
+/// Marks particles of no seam.
+const NO_POINT: u32 = u32::MAX;
+
+/// Points of seams, each with the particles that are there.
+#[derive(Debug, Default)]
+pub(crate) struct Seams {
+    /// Particles of each point, ascending: two or more.
+    points: Vec<Vec<u32>>,
+    /// Point of each particle; empty where there is none.
+    point_of: Vec<u32>,
+}
+
+impl Seams {
+    /// Joins the vertices of soft bodies that are tied at one place, to the bit.
+    pub(crate) fn new(scene: &Scene, bonds: &[TieBond]) -> Self {
+        let particle = |id: BodyId, vertex: u32| scene.body(id).particles().start + vertex;
+        let count = scene.bodies().last().map_or(0, |body| body.particles().end);
+        let mut joined = Vec::new();
+        for bond in bonds {
+            if let Some(corner) = bond.corner_at_follower(scene) {
+                joined.push([particle(bond.follower, bond.vertex), particle(bond.leader, corner)]);
+            }
+        }
+        if joined.is_empty() {
+            return Self::default();
+        }
+        let mut sets = UnionFind::new(count as usize);
+        for [a, b] in &joined {
+            sets.join(*a, *b);
+        }
+
+        // By the first particle of each point.
+        let mut points: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+        let mut particles = joined.concat();
+        particles.sort_unstable();
+        particles.dedup();
+        for particle in particles {
+            points.entry(sets.find(particle)).or_default().push(particle);
+        }
+        Self::of_points(points.into_values().collect(), count)
+    }
+
+    /// Joins the particles of each point, of `count` in all.
+    pub(crate) fn of_points(points: Vec<Vec<u32>>, count: u32) -> Self {
+        let mut point_of = vec![NO_POINT; count as usize];
+        for (number, point) in (0..).zip(&points) {
+            for &particle in point {
+                point_of[particle as usize] = number;
+            }
+        }
+        Self { points, point_of }
+    }
+
+    /// Returns true if there is none.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.points.is_empty()
+    }
+
+    /// Returns the particles of each point.
+    pub(crate) fn points(&self) -> &[Vec<u32>] {
+        &self.points
+    }
+
+    /// Returns the number of the point that a particle is at.
+    pub(crate) fn point_of(&self, particle: u32) -> Option<usize> {
+        let point = *self.point_of.get(particle as usize)?;
+        (point != NO_POINT).then_some(point as usize)
+    }
+
+    /// Fixes all vertices at a point of which one is fixed.
+    pub(crate) fn fix(&self, scene: &Scene, tissues: &mut [Tissue]) {
+        for point in &self.points {
+            let places: Vec<(usize, u32)> = point.iter().map(|p| place(scene, *p)).collect();
+            let is_fixed = |&(body, vertex): &(usize, u32)| !tissues[body].is_free(vertex);
+            if places.iter().any(is_fixed) {
+                for (body, vertex) in places {
+                    tissues[body].fix(vertex);
+                }
+            }
+        }
+    }
+
+    /// Sets the inverse mass of each particle to that of all at its point.
+    pub(crate) fn add_masses(&self, inverse_masses: &mut [f64]) {
+        for point in &self.points {
+            let mass: f64 = point.iter().map(|p| inverse_masses[*p as usize].recip()).sum();
+            for &particle in point {
+                inverse_masses[particle as usize] = mass.recip();
+            }
+        }
+    }
+
+    /// Moves the particles of each point to their mean, where they differ.
+    pub(crate) fn join(&self, x: &mut [DVec3]) {
+        for point in &self.points {
+            if let Some(mean) = mean_of_different(point.iter().map(|p| x[*p as usize])) {
+                for &particle in point {
+                    x[particle as usize] = mean;
+                }
+            }
+        }
+    }
+
+    /// Moves the ends of a step at each point to their mean, where they differ; bodies without an end rest.
+    pub(crate) fn join_ends(&self, scene: &Scene, ends: &mut [Option<Vec<DVec3>>]) {
+        for point in &self.points {
+            let places = || point.iter().map(|particle| place(scene, *particle));
+            let end = |(body, vertex): (usize, u32)| {
+                let x = ends[body].as_deref().unwrap_or(scene.bodies()[body].positions());
+                x[vertex as usize]
+            };
+            if let Some(mean) = mean_of_different(places().map(end)) {
+                for (body, vertex) in places() {
+                    let at_rest = || scene.bodies()[body].positions().to_vec();
+                    ends[body].get_or_insert_with(at_rest)[vertex as usize] = mean;
+                }
+            }
+        }
+    }
+
+    /// Moves the particles of each point to the first one.
+    pub(crate) fn lead(&self, x: &mut [DVec3]) {
+        for point in &self.points {
+            for &particle in &point[1..] {
+                x[particle as usize] = x[point[0] as usize];
+            }
+        }
+    }
+
+    /// Gives all particles of a point the step of the one of them that moves.
+    pub(crate) fn follow(&self, steps: &mut [DVec3]) {
+        for point in &self.points {
+            let moving = point.iter().find(|p| steps[**p as usize] != DVec3::ZERO);
+            if let Some(&moving) = moving {
+                for &particle in point {
+                    steps[particle as usize] = steps[moving as usize];
+                }
+            }
+        }
+    }
+
+    /// Lowers the shares of a step that particles of one point take to the least of them, and marks the bodies of
+    /// those that are lowered. Returns true if there are any.
+    pub(crate) fn lower(&self, scene: &Scene, shares: &mut [f64], lowered: &mut [bool]) -> bool {
+        let mut is_any = false;
+        for point in &self.points {
+            let least = point.iter().map(|p| shares[*p as usize]).fold(f64::INFINITY, f64::min);
+            for &particle in point {
+                if shares[particle as usize] > least {
+                    shares[particle as usize] = least;
+                    lowered[place(scene, particle).0] = true;
+                    is_any = true;
+                }
+            }
+        }
+        is_any
+    }
+
+    /// Returns true if both sides of a contact have a particle at one point: they are joined there, as faces of one
+    /// body at a common corner.
+    pub(crate) fn joins(&self, contact: &Contact, first_of_b: u32) -> bool {
+        let terms = contact.stencil.terms();
+        let is_common = |p: &Term, q: &Term| {
+            let point = self.point_of(p.particle);
+            point.is_some() && point == self.point_of(q.particle)
+        };
+        let (a, b): (Vec<&Term>, Vec<&Term>) =
+            terms.iter().partition(|term| term.particle < first_of_b);
+        a.iter().any(|p| b.iter().any(|q| is_common(p, q)))
+    }
+
+    /// Returns contacts by the first particle of each point; those that no step opens or closes are left out.
+    pub(crate) fn contacts(&self, contacts: Vec<Contact>) -> Vec<Contact> {
+        if self.is_empty() {
+            return contacts;
+        }
+        let first = |particle| self.point_of(particle).map(|point| self.points[point][0]);
+        let mut merged = Vec::with_capacity(contacts.len());
+        for contact in contacts {
+            let terms = contact.stencil.terms().iter().map(|term| (term.particle, term.weight));
+            let terms = merged_terms(terms, |particle| first(particle).unwrap_or(particle));
+            let terms: Vec<Term> =
+                terms.into_iter().map(|(particle, weight)| Term { particle, weight }).collect();
+            merged.extend(Stencil::new(&terms).map(|stencil| Contact { stencil, ..contact }));
+        }
+        merged
+    }
+}
+
+impl TieBond {
+    /// Returns the corner of the leader that is where the follower is, to the bit.
+    fn corner_at_follower(&self, scene: &Scene) -> Option<u32> {
+        let [follower, leader] = [self.follower, self.leader].map(|id| scene.body(id));
+        if follower.is_rigid() || leader.is_rigid() {
+            return None;
+        }
+        let x = follower.positions()[self.vertex as usize];
+        self.corners.into_iter().find(|corner| leader.positions()[*corner as usize] == x)
+    }
+}
+
+/// Returns the number of the body of a particle, and its vertex.
+pub(crate) fn place(scene: &Scene, particle: u32) -> (usize, u32) {
+    let bodies = scene.bodies();
+    let number = bodies.partition_point(|body| body.particles().end <= particle);
+    (number, particle - bodies[number].particles().start)
+}
+
+/// Adds up the weights of particles that are one by `merged`. Weights that cancel are left out.
+pub(crate) fn merged_terms(
+    terms: impl Iterator<Item = (u32, f64)>,
+    merged: impl Fn(u32) -> u32,
+) -> Terms {
+    let mut sums = Terms::new();
+    let mut sizes = [0.0; MAX_TERMS];
+    for (particle, weight) in terms {
+        let particle = merged(particle);
+        let known = sums.iter().position(|(other, _)| *other == particle);
+        let place = known.unwrap_or(sums.len());
+        match known {
+            Some(known) => sums[known].1 += weight,
+            None => sums.push((particle, weight)),
+        }
+        sizes[place] += weight.abs();
+    }
+    let mut size = sizes.iter();
+    sums.retain(|(_, weight)| {
+        size.next().is_some_and(|size| weight.abs() > WEIGHT_ROUNDING * size || *size == 0.0)
+    });
+    sums
+}
+
+/// Returns the mean of vectors; `None` where they are the same.
+fn mean_of_different(vectors: impl Iterator<Item = DVec3> + Clone) -> Option<DVec3> {
+    let mut all = vectors.clone();
+    let first = all.next()?;
+    if all.all(|other| other == first) {
+        return None;
+    }
+    Some(vectors.clone().sum::<DVec3>() / as_f64(vectors.count()))
+}
