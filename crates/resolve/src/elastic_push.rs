@@ -236,7 +236,7 @@ mod tests {
     use super::*;
     use crate::exempt::Exempt;
     use crate::tissue::Tissue;
-    use crate::{Conditions, ResolveParams};
+    use crate::{Conditions, ResolveParams, Tie};
 
     /// Builds two soft wedges whose ridges cross at right angles, no vertex inside.
     fn crossed_ridges() -> Scene {
@@ -267,6 +267,32 @@ mod tests {
             run.record().expect("a round");
             assert_eq!(run.rounds[round].crossing_faces, 0, "round {round}");
         }
+    }
+
+    /// The upper ridge ends in a vertex that is tied to a body above it.
+    #[test]
+    fn edges_that_cross_a_bone_at_a_tie_have_rows() {
+        let mut scene = crossed_ridges();
+        let upper = scene.find("upper").expect("a body");
+        let [a, b, c, d] = [0, 1, 2, 3].map(|vertex: usize| scene.body(upper).positions()[vertex]);
+        let far = c.midpoint(d) + 3.0 * (a - b);
+        let cap = Mesh {
+            positions: vec![a, c, d, far],
+            faces: vec![[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]],
+        };
+        let cap = if cap.volume() > 0.0 { cap } else { cap.flipped() };
+        let surface = cap.surface();
+        let cap = scene.add("cap", BodyKind::Deformable, surface, cap.positions).expect("a body");
+        let ties = vec![Tie { bodies: [upper, cap], distance: f64::MIN_POSITIVE }];
+        let conditions = Conditions { ties, ..Conditions::default() };
+        let params = ResolveParams::with_smoothing(600.0);
+        let mut run =
+            Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none())
+                .expect("a run");
+        assert_eq!(run.ties.seams.points().len(), 3);
+        let (displacements, mut problem) = (run.displacements(), ElasticProblem::default());
+        run.hold_edges(&displacements, &mut problem).expect("rows");
+        assert!(!run.edge_rows.is_empty(), "of the edges that cross");
     }
 
     #[test]

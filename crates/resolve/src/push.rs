@@ -234,7 +234,13 @@ fn round_strain(rounds: usize, params: &ResolveParams) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use fixtures::shapes;
+    use scene::{BodyKind, Scene};
+    use surface::progress::Progress;
+
     use super::*;
+    use crate::exempt::Exempt;
+    use crate::{Conditions, Tie};
 
     #[test]
     fn the_limit_on_strain_widens_from_round_to_round_up_to_the_maximum() {
@@ -242,5 +248,38 @@ mod tests {
         for (rounds, limit) in [(0, 0.0), (1, 0.2), (5, 1.0), (10, 2.0), (60, 2.0)] {
             assert!((round_strain(rounds, &params) - limit).abs() < 1e-12, "{rounds} rounds");
         }
+    }
+
+    /// Two soft cubes that share a face, with a bone in one of them.
+    #[test]
+    fn the_contact_solver_moves_particles_at_one_place_as_one() {
+        let mut scene = Scene::new();
+        let mut ids = Vec::new();
+        for (name, kind, size, place) in [
+            ("left", BodyKind::Deformable, 2.0, DVec3::new(-1.0, 0.0, 0.0)),
+            ("right", BodyKind::Deformable, 2.0, DVec3::new(1.0, 0.0, 0.0)),
+            ("bone", BodyKind::Rigid, 0.5, DVec3::new(0.9, 0.1, -1.1)),
+        ] {
+            let cube = shapes::cube(size).translated(place);
+            ids.push(scene.add(name, kind, cube.surface(), cube.positions).expect("a body"));
+        }
+        let ties = vec![Tie { bodies: [ids[0], ids[1]], distance: f64::MIN_POSITIVE }];
+        let conditions = Conditions { ties, ..Conditions::default() };
+        let params = ResolveParams::with_smoothing(6.0);
+        let run = Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none());
+        let mut run = run.expect("a run");
+        run.start_round();
+        let islands = run.contact_islands().expect("contacts");
+        run.separate(&islands, FIRST_SOLVER_SWEEPS).expect("displacements");
+
+        let u: Vec<DVec3> = run.tissues.iter().flat_map(|tissue| tissue.u.clone()).collect();
+        assert_eq!(run.ties.seams.points().len(), 4);
+        let mut pushed = 0;
+        for point in run.ties.seams.points() {
+            let [first, second] = [point[0], point[1]].map(|particle| u[particle as usize]);
+            assert_eq!(first, second);
+            pushed += usize::from(first != DVec3::ZERO);
+        }
+        assert!(pushed > 0, "the seam is pushed");
     }
 }

@@ -257,3 +257,84 @@ fn mean_of_different(vectors: impl Iterator<Item = DVec3> + Clone) -> Option<DVe
     }
     Some(vectors.clone().sum::<DVec3>() / as_f64(vectors.count()))
 }
+
+#[cfg(test)]
+mod tests {
+    use fixtures::shapes;
+    use scene::BodyKind;
+    use surface::progress::Progress;
+
+    use super::*;
+    use crate::exempt::Exempt;
+    use crate::run::Run;
+    use crate::{Conditions, ResolveParams, Tie};
+
+    /// Builds two soft cubes of 2 side by side, that share the corners between them, and a bone.
+    fn two_cubes(bone: fixtures::Mesh) -> (Scene, Conditions) {
+        let mut scene = Scene::new();
+        let mut ids = Vec::new();
+        for x in [-1.0, 1.0] {
+            let cube = shapes::cube(2.0).translated(DVec3::X * x);
+            let name = if x < 0.0 { "left" } else { "right" };
+            let id = scene.add(name, BodyKind::Deformable, cube.surface(), cube.positions);
+            ids.push(id.expect("a body"));
+        }
+        scene.add("bone", BodyKind::Rigid, bone.surface(), bone.positions).expect("a body");
+        let ties = vec![Tie { bodies: [ids[0], ids[1]], distance: f64::MIN_POSITIVE }];
+        (scene, Conditions { ties, ..Conditions::default() })
+    }
+
+    /// Checks that each point is one place of vertices that have moved by the step of the body in part.
+    fn assert_one_place(run: &Run<'_>) {
+        let x = run.scene.particle_positions();
+        let points = run.ties.seams.points();
+        assert_eq!(points.len(), 4, "the corners of a face");
+        for point in points {
+            let places: Vec<DVec3> = point.iter().map(|particle| x[*particle as usize]).collect();
+            assert!(places.len() == 2 && places[0] == places[1], "{places:?}");
+        }
+    }
+
+    #[test]
+    fn what_holds_one_body_at_a_seam_holds_the_other_there() {
+        // A small bone below one cube, which comes down on it.
+        let bone = shapes::cube(0.5).translated(DVec3::new(-0.9, 0.1, -2.0));
+        let (mut scene, conditions) = two_cubes(bone);
+        let params = ResolveParams { gap: 0.1, ..ResolveParams::with_smoothing(6.0) };
+        let run = Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none());
+        let mut run = run.expect("a run");
+        let mut displacements = vec![DVec3::ZERO; run.inverse_masses.len()];
+        displacements[..16].fill(DVec3::new(0.0, 0.0, -1.5));
+        run.move_freely(&displacements, &[]).expect("a step");
+        assert_one_place(&run);
+        let lowest = run.scene.bodies()[1].positions().iter().map(|x| x.z).fold(9.0, f64::min);
+        assert!(lowest < -2.4, "what is free goes on: {lowest}");
+    }
+
+    #[test]
+    fn pushes_of_one_body_move_the_seam_in_both() {
+        for x in [-0.9, 0.9] {
+            let bone = shapes::cube(0.5).translated(DVec3::new(x, 0.1, -1.1));
+            let (mut scene, conditions) = two_cubes(bone);
+            let params = ResolveParams { gap: 0.1, ..ResolveParams::with_smoothing(6.0) };
+            let run =
+                Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none());
+            let mut run = run.expect("a run");
+            run.push().expect("a push");
+            run.move_soft(Tissue::pushed).expect("positions");
+            assert_one_place(&run);
+            let moved = run.displacements()[0..16].iter().any(|u| u.length() > 0.1);
+            assert!(moved, "the bone pushes");
+        }
+    }
+
+    #[test]
+    fn weights_of_one_particle_add_up_and_those_that_cancel_are_left_out() {
+        let terms = [(3, -0.5), (4, -0.5), (7, 0.1), (9, 0.6), (8, 0.3)];
+        let one_of_each = |particle| if particle >= 7 { particle - 4 } else { particle };
+        let merged = merged_terms(terms.into_iter(), one_of_each);
+        assert_eq!(merged.as_slice(), [(3, -0.4), (4, -0.2), (5, 0.6)]);
+        let terms = [(3, -0.1), (3, -0.2), (7, 0.3)];
+        assert!(merged_terms(terms.into_iter(), one_of_each).is_empty());
+    }
+}
