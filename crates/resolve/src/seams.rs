@@ -329,6 +329,24 @@ mod tests {
     }
 
     #[test]
+    fn bodies_that_are_moved_by_themselves_meet_halfway() {
+        let bone = shapes::cube(0.5).translated(9.0 * DVec3::Z);
+        let (mut scene, conditions) = two_cubes(bone);
+        let params = ResolveParams { gap: 0.1, ..ResolveParams::with_smoothing(6.0) };
+        let run = Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none());
+        let mut run = run.expect("a run");
+        let up = |x: &DVec3| *x + 0.5 * DVec3::Z;
+        let is_left = |tissue: &Tissue| tissue.id.index() == 0;
+        run.move_soft(|tissue, x| is_left(tissue).then(|| x.iter().map(up).collect()))
+            .expect("positions");
+        assert_one_place(&run);
+        for point in run.ties.seams.points() {
+            let u = run.displacements()[point[0] as usize];
+            assert!((u - 0.25 * DVec3::Z).length() < 1e-12, "{u}");
+        }
+    }
+
+    #[test]
     fn weights_of_one_particle_add_up_and_those_that_cancel_are_left_out() {
         let terms = [(3, -0.5), (4, -0.5), (7, 0.1), (9, 0.6), (8, 0.3)];
         let one_of_each = |particle| if particle >= 7 { particle - 4 } else { particle };
