@@ -31,6 +31,7 @@ impl Run<'_> {
         crossing: &[PairId],
     ) -> Result<Vec<bool>, ResolveError> {
         let mut shares = vec![1.0; displacements.len()];
+        self.turning_faces.clear();
 
         // Whoever is held back changes the way of its neighbors: swept again.
         let mut changed = vec![true; self.tissues.len()];
@@ -79,7 +80,7 @@ impl Run<'_> {
                 }
             }
             shares = held_shares;
-            self.ties.seams.lower(self.scene, &mut shares, &mut changed);
+            self.joints.lower(self.scene, &mut shares, &mut changed);
             if is_free {
                 touching.sort_unstable();
                 touching.dedup();
@@ -160,7 +161,7 @@ impl Run<'_> {
         for pass in 0.. {
             self.limit_shape(displacements, shares, &to_limit)?;
             to_limit.fill(false);
-            if !self.ties.seams.lower(self.scene, shares, &mut to_limit) {
+            if !self.joints.lower(self.scene, shares, &mut to_limit) {
                 break;
             }
             for (number, lowered) in to_limit.iter().enumerate() {
@@ -195,15 +196,20 @@ impl Run<'_> {
             (displacements, shares) = (others, rest);
             let is_changed = changed[tissue.id.index()];
             if is_changed && !tissue.is_rigid && d.iter().any(|d| *d != DVec3::ZERO) {
-                parts.push((tissue, fitted_tree(body), d, own));
+                parts.push((tissue, fitted_tree(body), d, own, Vec::new()));
             }
         }
 
         let progress = self.round_progress();
-        parallel::try_for_each_mut(&mut parts, |_, (tissue, tree, d, shares)| {
+        parallel::try_for_each_mut(&mut parts, |_, (tissue, tree, d, shares, turning)| {
             progress.report(0.0)?;
-            tissue.limit_step(tree, d, shares, progress)
-        })
+            *turning = tissue.limit_step(tree, d, shares, progress)?;
+            Ok(())
+        })?;
+        for (tissue, _, _, _, turning) in parts {
+            self.turning_faces.extend(turning.into_iter().map(|face| (tissue.id, face)));
+        }
+        Ok(())
     }
 
     /// Returns the end positions of each body; `None` where it rests.

@@ -71,6 +71,9 @@ impl Run<'_> {
             {
                 break broken;
             }
+            if search.stalled > 0 {
+                self.join_turning_faces();
+            }
             let at_rest = vec![DVec3::ZERO; self.inverse_masses.len()];
             let displacements = self.minimize(problem, &at_rest, GAP_SWEEPS, SOLVED_SHARE * slack);
             moved = self.move_freely(&displacements, &crossing)?;
@@ -78,6 +81,7 @@ impl Run<'_> {
                 self.detect_moved(&moved)?;
             }
         };
+        self.joints = self.ties.seams.clone();
         let is_accepted = search.least_accepted < f64::INFINITY;
         if is_accepted {
             self.return_to_accepted()?;

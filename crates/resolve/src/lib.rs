@@ -87,6 +87,7 @@ mod tied_motion;
 mod ties;
 mod tissue;
 mod tuning;
+mod turning_faces;
 mod turns;
 mod uncross;
 mod volume_row;

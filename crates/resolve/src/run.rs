@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, VecDeque};
 use glam::DVec3;
 use proximity::SurfaceTree;
 use response::ParameterError;
-use scene::{BodyMove, CheckParams, DepthBracket, PairId, PairOverlap, PairReport, Scene};
+use scene::{BodyId, BodyMove, CheckParams, DepthBracket, PairId, PairOverlap, PairReport, Scene};
 use surface::parallel;
 use surface::progress::{Interrupted, Progress};
 
@@ -18,6 +18,7 @@ use crate::resolution::{
     BodyChange, Obstacle, Remaining, Resolution, deepest, max_bracket, overlaps_in,
 };
 use crate::round::Round;
+use crate::seams::Seams;
 use crate::ties::Ties;
 use crate::tissue::{Tissue, fitted_tree};
 use crate::warm_start::LocalDisplacements;
@@ -71,6 +72,11 @@ pub(crate) struct Run<'a> {
     /// States that were accepted last.
     pub(crate) accepted_states: VecDeque<AcceptedState>,
     pub(crate) ties: Ties,
+    /// Particles that take steps as one: those of seams, and while the gap is opened the corners of faces that would turn
+    /// over.
+    pub(crate) joints: Seams,
+    /// Faces that the last step would have turned over as it was, by their bodies.
+    pub(crate) turning_faces: Vec<(BodyId, u32)>,
 }
 
 /// State of all bodies after an accepted round.
@@ -155,6 +161,8 @@ impl<'a> Run<'a> {
             gap_rounds: Vec::new(),
             accepted: None,
             accepted_states: VecDeque::new(),
+            joints: ties.seams.clone(),
+            turning_faces: Vec::new(),
             ties,
         };
         for near in run.near.iter() {

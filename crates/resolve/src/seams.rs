@@ -20,7 +20,7 @@ const WEIGHT_ROUNDING: f64 = 8.0 * f64::EPSILON;
 const NO_POINT: u32 = u32::MAX;
 
 /// Points of seams, each with the particles that are there.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Seams {
     /// Particles of each point, ascending: two or more.
     points: Vec<Vec<u32>>,
@@ -39,17 +39,24 @@ impl Seams {
                 joined.push([particle(bond.follower, bond.vertex), particle(bond.leader, corner)]);
             }
         }
-        if joined.is_empty() {
-            return Self::default();
+        Self::default().with_joined(&joined, count)
+    }
+
+    /// Returns these points with more pairs of particles joined, of `count` in all.
+    pub(crate) fn with_joined(&self, pairs: &[[u32; 2]], count: u32) -> Self {
+        if pairs.is_empty() {
+            return self.clone();
         }
         let mut sets = UnionFind::new(count as usize);
-        for [a, b] in &joined {
-            sets.join(*a, *b);
+        let known = self.points.iter().flat_map(|point| point.windows(2));
+        for pair in known.chain(pairs.iter().map(|pair| &pair[..])) {
+            sets.join(pair[0], pair[1]);
         }
 
         // By the first particle of each point.
         let mut points: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
-        let mut particles = joined.concat();
+        let mut particles = self.points.concat();
+        particles.extend(pairs.as_flattened());
         particles.sort_unstable();
         particles.dedup();
         for particle in particles {

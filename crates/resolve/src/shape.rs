@@ -19,7 +19,8 @@ const SMOOTHING_PASSES: usize = 20;
 const STIFFENING_PASSES: usize = 3;
 
 impl Tissue {
-    /// Holds back vertices of faces that a step would turn over, or let cross others of the body.
+    /// Holds back vertices of faces that a step would turn over, or let cross others of the body; returns the faces that
+    /// the step would turn over as it is.
     ///
     /// `shares` are the parts of the displacements `d` that are taken, |V|.
     pub(crate) fn limit_step(
@@ -28,9 +29,10 @@ impl Tissue {
         d: &[DVec3],
         shares: &mut [f64],
         progress: Progress<'_>,
-    ) -> Result<(), Interrupted> {
+    ) -> Result<Vec<u32>, Interrupted> {
         let from = tree.positions().as_slice();
         let (mut turned_before, mut crossed_before) = (None, None);
+        let mut turning = Vec::new();
         for pass in 0..=MAX_HOLD_PASSES {
             let mut x = from.to_vec();
             for (x, (d, share)) in x.iter_mut().zip(d.iter().zip(shares.iter())) {
@@ -44,6 +46,9 @@ impl Tissue {
                 let before = turned_before.get_or_insert_with(|| self.turned_faces(from, 0.0));
                 faces.retain(|face| before.binary_search(face).is_err());
             }
+            if pass == 0 {
+                turning.clone_from(&faces);
+            }
             let crossing = self_crossings_at(&x, tree, progress)?;
             if !crossing.is_empty() {
                 let before = match crossed_before.take() {
@@ -55,7 +60,7 @@ impl Tissue {
                 crossed_before = Some(before);
             }
             if faces.is_empty() {
-                return Ok(());
+                return Ok(turning);
             }
 
             // With a ring around them, so that the hold does not end steeply.
@@ -73,7 +78,7 @@ impl Tissue {
 
         // What is not found by then rests.
         shares.fill(0.0);
-        Ok(())
+        Ok(turning)
     }
 
     /// Smooths the displacement where a limit on strain is exceeded, until none is or all passes

@@ -65,7 +65,7 @@ impl Run<'_> {
     }
 
     /// Computes the steps of all particles from their displacements `u` to those of least elastic energy; particles
-    /// at one point of a seam take one.
+    /// that are joined take one.
     pub(crate) fn minimize(
         &self,
         mut problem: ElasticProblem,
@@ -73,10 +73,9 @@ impl Run<'_> {
         max_sweeps: usize,
         tolerance: f64,
     ) -> Vec<DVec3> {
-        let seams = &self.ties.seams;
-        problem.join_seams(seams);
+        problem.join_seams(&self.joints);
         let mut steps = problem.minimize(u, max_sweeps, tolerance, self.params.tuning.penalty);
-        seams.follow(&mut steps);
+        self.joints.follow(&mut steps);
         steps
     }
 
