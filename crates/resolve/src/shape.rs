@@ -33,7 +33,7 @@ impl Tissue {
         let from = tree.positions().as_slice();
         let (mut turned_before, mut crossed_before) = (None, None);
         let mut turning = Vec::new();
-        for pass in 0..=MAX_HOLD_PASSES {
+        for pass in 0..2 * MAX_HOLD_PASSES {
             let mut x = from.to_vec();
             for (x, (d, share)) in x.iter_mut().zip(d.iter().zip(shares.iter())) {
                 *x += *share * *d;
@@ -70,13 +70,13 @@ impl Tissue {
                 held.extend(self.links(held[i]).iter().map(|link| link.neighbor));
             }
             sort_dedup(&mut held);
-            let factor = if pass == MAX_HOLD_PASSES { 0.0 } else { 0.5 };
+            let factor = if pass >= MAX_HOLD_PASSES { 0.0 } else { 0.5 };
             for vertex in held {
                 shares[vertex as usize] *= factor;
             }
         }
 
-        // What is not found by then rests.
+        // Where holding back single vertices does not end, all of them rest.
         shares.fill(0.0);
         Ok(turning)
     }
@@ -454,5 +454,28 @@ mod tests {
             assert_eq!(crossings(&rounded_to_single(&ends(&shares))), 0, "step {step}");
         }
         assert!(crossed_by_rounding > 0, "some steps cross by rounding alone");
+    }
+
+    #[test]
+    fn what_is_far_from_a_face_that_stands_upright_goes_on() {
+        let block = shapes::plate(DVec3::new(8.0, 8.0, 3.0), [8, 8]);
+        let vertex_at = |at: DVec3| {
+            let is_there = |p: &DVec3| p.distance(at) < 1e-9;
+            block.positions.iter().position(is_there).expect("a vertex of the grid")
+        };
+        let [lifted, far] = [(0.0, 0.0, -1.5), (-4.0, -4.0, 1.5)].map(|at| vertex_at(at.into()));
+        let mut x = block.positions.clone();
+        x[lifted] = DVec3::new(1.0 - 1e-6, 0.5, 0.5);
+        let (mut scene, tissue) = planted(block);
+        scene.move_body(tissue.id, &x).expect("positions");
+        scene.fit_all().expect("a tree");
+
+        let mut d = vec![DVec3::ZERO; x.len()];
+        (d[lifted], d[far]) = (0.1 * DVec3::X, 0.1 * DVec3::Z);
+        let mut shares = vec![1.0; x.len()];
+        let tree = fitted_tree(&scene.bodies()[0]);
+        let turning = tissue.limit_step(tree, &d, &mut shares, Progress::none());
+        assert_eq!(turning.expect("no interruption").len(), 1);
+        assert!(shares[lifted] <= 0.0 && shares[far] >= 1.0, "{} {}", shares[lifted], shares[far]);
     }
 }
