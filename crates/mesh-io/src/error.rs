@@ -40,6 +40,9 @@ pub enum ReadError {
         /// Names of the formats that are known here.
         expected: &'static str,
     },
+    /// The file is text of two bytes per character.
+    #[error("is text in UTF-16: save it in UTF-8")]
+    Utf16,
     /// The text or the bytes do not follow the format.
     #[error("{format} file: {place}: {problem}")]
     Malformed {

@@ -132,6 +132,10 @@ impl<'a> Model<'a> {
             (LIST, _) if self.is_in_mesh => match name {
                 "Nodes" => self.list = Some(List::Nodes),
                 "Elements" => self.begin_elements(&self.in_its_encoding(tag, at)),
+                "Part" | "Instance" => {
+                    let feature = format!("<{name}>, a mesh that is placed by the model,");
+                    return Err(FEB.unsupported(feature));
+                }
                 _ => {}
             },
             (ITEM, Some(List::Nodes)) if name == "node" => {

@@ -6,7 +6,7 @@ use std::path::Path;
 use glam::DVec3;
 
 use crate::inp_model::{self, InpModel};
-use crate::text::split_mark;
+use crate::text::{split_mark, starts_in_utf_16};
 use crate::vtk::{is_legacy, parse_legacy, parse_vtp, parse_vtu, write_vtp};
 use crate::{Mesh, ReadError, Space, extension, feb, msh, obj, off, ply, stl};
 
@@ -98,6 +98,9 @@ impl FileFormat {
         let holds = |tag: &[u8]| head.windows(tag.len()).any(|window| window == tag);
         if bytes.is_empty() {
             return Err(ReadError::Empty);
+        }
+        if starts_in_utf_16(head) && !stl::is_likely(bytes) {
+            return Err(ReadError::Utf16);
         }
         if head.starts_with(b"ply\n") || head.starts_with(b"ply\r") {
             return Ok(Self::Surface(MeshFormat::Ply));

@@ -18,6 +18,11 @@ pub(crate) fn split_mark(file: &[u8]) -> (&[u8], &[u8]) {
     file.split_at(end)
 }
 
+/// Returns true if a file begins with the mark of UTF-16, in either order of bytes.
+pub(crate) fn starts_in_utf_16(file: &[u8]) -> bool {
+    file.starts_with(b"\xff\xfe") || file.starts_with(b"\xfe\xff")
+}
+
 /// Returns true if a byte of a text ends a line: a line feed, or a carriage return without one behind
 /// it. Some programs write two returns before a line feed.
 pub(crate) fn ends_line(text: &[u8], at: usize) -> bool {

@@ -253,6 +253,10 @@ fn refusals_name_parts_and_places() {
             muscle("<Mesh>", "<Include>mesh.feb</Include><Mesh>"),
             "<Include> with the content of".to_owned(),
         ),
+        (
+            muscle("<Mesh>", "<Geometry><Part name=\"a\"><Nodes/></Part></Geometry><Mesh>"),
+            "<Part>, a mesh that is placed by the model, cannot be read".to_owned(),
+        ),
         (muscle("</febio_spec>", ""), "the file ends before its tags do".to_owned()),
         (muscle("</Nodes>", "</Node>"), "FEB file: byte ".to_owned()),
         (

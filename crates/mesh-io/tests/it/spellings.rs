@@ -104,6 +104,32 @@ fn binary_content_has_no_lines() {
     }
 }
 
+/// Shells of Windows write it where a program's output goes to a file.
+#[test]
+fn text_in_utf_16_is_refused_by_name() {
+    let triangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    for extension in ["obj", "ply", "off", "inp", "feb", "msh", "vtk", "vtu", "stl", "txt"] {
+        for [mark, swapped] in [[0xff, 0xfe], [0xfe, 0xff]] {
+            let mut file = vec![mark, swapped];
+            for unit in triangle.encode_utf16() {
+                let bytes = unit.to_le_bytes();
+                file.extend(if mark == 0xff { bytes } else { [bytes[1], bytes[0]] });
+            }
+            let message = refusal(parse_mesh(&file, extension));
+            assert_eq!(message, "is text in UTF-16: save it in UTF-8", "{extension}");
+        }
+    }
+
+    // The header of a binary STL file is any bytes.
+    let mut stl = [vec![b' '; 80], vec![1, 0, 0, 0], vec![0; 50]].concat();
+    for (corner, axis) in [(1, 0), (2, 1)] {
+        let at = 84 + 12 + 12 * corner + 4 * axis;
+        stl[at..at + 4].copy_from_slice(&1.0_f32.to_le_bytes());
+    }
+    stl[..2].copy_from_slice(b"\xff\xfe");
+    assert_eq!(parse_mesh(&stl, "stl").expect("a triangle").faces.len(), 1);
+}
+
 /// Returns a text file with a list of properties and the values of the vertices.
 fn ply(properties: &str, vertices: &str) -> String {
     format!(
