@@ -15,7 +15,7 @@ use surface::progress::{Interrupted, Progress};
 use surface::{Aabb, Pose, Positions, SimplexSurface, SurfaceError, Term, TriangleSurface};
 
 use crate::SceneError;
-use crate::outward::turned_over;
+use crate::outward::Outward;
 
 /// Kind of motion of a body, and whether it is meant to have an inside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,8 +37,8 @@ pub struct Body {
     kind: BodyKind,
     first_particle: u32,
     surface: LazySurfaceTree,
-    /// Connectivity with faces that look outward, where those of `surface` look inward.
-    outward: Option<Arc<TriangleSurface>>,
+    /// The same surface with faces that look outward, where those of `surface` look inward.
+    outward: Outward,
     /// Polygons that the faces are fans of.
     simplex: Option<SimplexSurface>,
     /// Box around the positions, once computed.
@@ -92,9 +92,10 @@ impl Body {
         if kind == BodyKind::Open {
             surface = surface.declared_open();
         }
-        let outward = surface.is_inside_out().then(|| turned_over(surface.surface())).transpose();
-        let outward =
-            outward.map_err(|source| SceneError::Surface { name: name.clone(), source })?;
+        let outward = match Outward::of(&surface) {
+            Ok(outward) => outward,
+            Err(source) => return Err(SceneError::Surface { name, source }),
+        };
         let pose = (kind == BodyKind::Rigid).then_some(Pose::IDENTITY);
         let origin = Revision::next();
         Ok(Self {
@@ -102,7 +103,7 @@ impl Body {
             kind,
             first_particle,
             surface,
-            outward: outward.map(Arc::new),
+            outward,
             simplex: None,
             bounds: None,
             reference: None,
@@ -256,9 +257,9 @@ impl Body {
         self.surface.is_inside_out()
     }
 
-    /// Returns the connectivity with faces that look outward, by the same numbers.
-    pub(crate) fn outward_surface(&self) -> &TriangleSurface {
-        self.outward.as_deref().unwrap_or(self.surface())
+    /// Returns the surface with faces that look outward, by the same numbers.
+    pub(crate) fn outward(&self) -> &LazySurfaceTree {
+        self.outward.or(&self.surface)
     }
 
     /// Returns the sign by which normals of faces point outward.
@@ -312,7 +313,7 @@ impl Body {
     /// Builds or refits the tree where it is not up to date, unless `progress` ends that.
     pub(crate) fn fit_with(&mut self, progress: Progress<'_>) -> Result<(), SceneError> {
         let keep_going = || progress.report(0.0).is_ok();
-        match self.surface.fit_while(&keep_going) {
+        match self.outward.fit_while(&mut self.surface, &keep_going) {
             Ok(true) => Ok(()),
             Ok(false) => Err(Interrupted.into()),
             Err(source) => Err(self.tree_error(source)),
@@ -350,7 +351,7 @@ impl Body {
     /// Moves the vertices one by one.
     pub(crate) fn set_positions(&mut self, positions: &[DVec3]) -> Result<(), SceneError> {
         self.keep_reference();
-        let moved = self.surface.set_positions(positions.iter().copied());
+        let moved = self.outward.set_positions(&mut self.surface, positions.iter().copied());
         self.finish_move(moved, None)
     }
 
@@ -364,8 +365,8 @@ impl Body {
             return Ok(());
         }
         self.keep_reference();
-        let reference = self.reference.iter().flatten();
-        let moved = self.surface.set_positions(reference.map(|&p| pose.transform_point(p)));
+        let placed = self.reference.iter().flatten().map(|&p| pose.transform_point(p));
+        let moved = self.outward.set_positions(&mut self.surface, placed);
         self.finish_move(moved, Some(*pose))
     }
 
@@ -380,7 +381,7 @@ impl Body {
 
     /// Goes back to a state.
     pub(crate) fn restore(&mut self, state: BodyState) -> Result<(), SceneError> {
-        let moved = self.surface.set_positions(state.positions.into_iter());
+        let moved = self.outward.set_positions(&mut self.surface, state.positions.into_iter());
         if !state.has_left {
             self.reference = None;
         }

@@ -98,9 +98,9 @@ impl Scene {
         holds(a, b) || holds(b, a)
     }
 
-    /// Returns the trees of a pair that are fitted.
+    /// Returns the trees of a pair that are fitted, those of surfaces that look outward.
     pub(crate) fn trees(&self, pair: PairId) -> Option<[&SurfaceTree; 2]> {
-        Some([self.body(pair.a).tree()?, self.body(pair.b).tree()?])
+        Some([self.body(pair.a).outward().fitted()?, self.body(pair.b).outward().fitted()?])
     }
 
     /// Cuts `body` by `by` in their present state: finds the regions of `body` that do not meet

@@ -342,7 +342,7 @@ impl KeptSide {
             return Ok(None);
         }
         let body = scene.body(self.on);
-        let (surface, on) = (body.outward_surface(), body.checked_positions());
+        let (surface, on) = (body.outward().surface(), body.checked_positions());
         let carrier = if body.is_rigid() {
             SurfaceCarrier::Rigid(RigidMotion::default())
         } else {
@@ -436,7 +436,7 @@ impl BoneVertex {
         }
 
         let body = scene.body(self.on);
-        let (surface, on) = (body.outward_surface(), body.checked_positions());
+        let (surface, on) = (body.outward().surface(), body.checked_positions());
         let foot = walk_to_foot(surface, on, self.face, vertex)?;
 
         // Normals point out of the bone.

@@ -133,7 +133,7 @@ impl SideMemory {
         let last = self.positions.get(particles.start as usize..particles.end as usize)?;
         let last = on.surface().positions(last).ok()?;
         let was_at = *self.positions.get(vertex.particle as usize)?;
-        let foot = walk_to_foot(on.outward_surface(), last, found.face, was_at)?;
+        let foot = walk_to_foot(on.outward().surface(), last, found.face, was_at)?;
         (foot.height >= 0.0).then_some(foot.face)
     }
 
@@ -178,7 +178,7 @@ impl SideMemory {
             Ok(number) => Some(self.last[number].face),
             Err(_) => None,
         };
-        let (surface, x) = (on.outward_surface(), on.checked_positions());
+        let (surface, x) = (on.outward().surface(), on.checked_positions());
         let mut start = last;
         if start.is_none() && contact.gap < 0.0 {
             start = self.face_before(on, vertex, contact);
@@ -238,7 +238,7 @@ fn at_foot(on: &Body, vertex: &VertexContact, foot: &SurfaceFoot, motion: &Rigid
         let anchor = ContactSide::Rigid(motion.at(foot.point));
         return Contact::between(p, anchor, foot.normal, foot.height);
     }
-    let corners = on.outward_surface().faces()[foot.face as usize];
+    let corners = on.outward().surface().faces()[foot.face as usize];
     let first = on.particles().start;
     let term = |k: usize| Term { particle: first + corners[k], weight: foot.barycentric[k] };
     let terms = [0, 1, 2].map(term);

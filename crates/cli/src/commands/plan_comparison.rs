@@ -31,7 +31,7 @@ pub(super) struct Comparison {
     exceeded: usize,
     /// Overlaps deeper than the bound that the plan reports as apart.
     missing: usize,
-    /// Overlaps whose depth is undefined, since a body covers a place twice or is inside out.
+    /// Overlaps whose depth is undefined, since a body covers a place twice, or in part inside out.
     undefined: usize,
     /// Depths of the last state.
     pub(super) depths: BTreeMap<PairId, DepthBracket>,
@@ -173,7 +173,7 @@ impl Comparison {
         if self.undefined > 0 {
             let count = counted(self.undefined, "overlap");
             text += &format!(
-                "{count} without a defined depth: a body covers a place twice, or is inside out\n"
+                "{count} without a defined depth: a body covers a place twice, or in part inside out\n"
             );
         }
         text
@@ -185,7 +185,7 @@ impl Comparison {
     }
 }
 
-/// Returns true if a body covers a place twice, or inside out: exact depths in it are undefined.
+/// Returns true if a body covers a place twice, or in part inside out: exact depths in it are undefined.
 fn covers_twice(report: &PairReport) -> bool {
     report.overlap.as_ref().is_some_and(|overlap| overlap.measures.covers_twice.contains(&true))
 }

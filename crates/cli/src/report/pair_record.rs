@@ -187,7 +187,7 @@ fn refusals(report: &PairReport, names: [&str; 2]) -> Vec<String> {
         }
         if overlap.is_some_and(|overlap| overlap.covers_twice[side]) {
             refusals.push(format!(
-                "'{name}' covers a place more than once, or is inside out: volumes and areas in it \
+                "'{name}' covers a place more than once, or in part inside out: volumes and areas in it \
                  count a place as often as it is covered, and depths in it are undefined"
             ));
         }

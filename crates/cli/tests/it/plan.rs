@@ -38,9 +38,9 @@ fn a_plan_names_methods_bounds_and_what_a_frame_takes() {
     assert!(!run.stdout.contains("field"), "one frame builds no field: {}", run.stdout);
 }
 
-/// Exact depths in a body that is inside out are undefined: they are not held against the plan.
+/// A body with faces that look inward is compared as any other.
 #[test]
-fn a_body_that_is_inside_out_is_not_compared() {
+fn a_body_that_is_inside_out_is_compared() {
     let workshop = workshop();
     let flipped = tetrahedron(-3.0, 30.0)
         .replace("f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4", "f 1 2 3\nf 1 4 2\nf 2 4 3\nf 3 4 1");
@@ -48,10 +48,26 @@ fn a_body_that_is_inside_out_is_not_compared() {
     let run =
         workshop.run("plan", &["bone.obj", "muscle.obj", "--tolerance", "0.001", "--compare"]);
     assert_eq!(run.status, 1, "{}", run.stderr);
+    for part in ["instead of 3.0", "all depths are within the bounds of their pairs"] {
+        assert!(run.stdout.contains(part), "{part}: {}", run.stdout);
+    }
+    assert!(!run.stdout.contains("defined"), "{}", run.stdout);
+}
+
+/// Exact depths in a body that covers a place twice are undefined: they are not held against the plan.
+#[test]
+fn a_body_that_covers_a_place_twice_is_not_compared() {
+    let workshop = workshop();
+    let again = tetrahedron(-2.0, 30.0)
+        .replace("f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4", "f 5 7 6\nf 5 6 8\nf 6 7 8\nf 7 5 8");
+    workshop.write("muscle.obj", format!("{}{again}", tetrahedron(-3.0, 30.0)));
+    let run =
+        workshop.run("plan", &["bone.obj", "muscle.obj", "--tolerance", "0.001", "--compare"]);
+    assert_eq!(run.status, 1, "{}", run.stderr);
     for part in [
         "1 of 1 pairs overlap",
         "all depths are within the bounds of their pairs",
-        "1 overlap without a defined depth: a body covers a place twice, or is inside out",
+        "1 overlap without a defined depth: a body covers a place twice, or in part inside out",
     ] {
         assert!(run.stdout.contains(part), "{part}: {}", run.stdout);
     }

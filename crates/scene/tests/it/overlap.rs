@@ -5,7 +5,8 @@ use fixtures::Mesh;
 use fixtures::shapes::{cube, icosphere, octasphere};
 use glam::DVec3;
 use scene::{
-    BodyKind, CheckParams, Coincidence, NoInside, PairReport, Progress, Scene, SceneError,
+    BodyKind, CheckParams, Coincidence, NoInside, OverlapMeasures, PairReport, Progress, Scene,
+    SceneError,
 };
 
 /// Reports the one pair of two bodies that meet.
@@ -32,6 +33,57 @@ fn depth(report: &PairReport) -> f64 {
     let depth = report.max_depth().expect("they overlap");
     assert!(depth.upper - depth.lower <= 1e-6, "{depth:?}");
     depth.lower
+}
+
+/// Bodies one beside, in and across the other.
+fn pairs_of_balls() -> [[Mesh; 2]; 3] {
+    let ball = icosphere(5.0, 2);
+    let in_place = |mesh: &Mesh, x: f64| mesh.clone().translated(DVec3::new(x, 0.1, 0.2));
+    let small = icosphere(2.0, 1);
+    [
+        [ball.clone(), in_place(&ball, 7.0)],
+        [ball.clone(), in_place(&small, 1.0)],
+        [in_place(&small, 5.0), ball],
+    ]
+}
+
+#[test]
+fn bodies_that_are_inside_out_overlap_as_others_do() {
+    for [a, b] in pairs_of_balls() {
+        let expected = report(&a, &b);
+        for [turns_a, turns_b] in [[true, false], [false, true], [true, true]] {
+            let turned =
+                |mesh: &Mesh, turns| if turns { mesh.clone().flipped() } else { mesh.clone() };
+            let found = report(&turned(&a, turns_a), &turned(&b, turns_b));
+            let [expected_total, total] = [&expected, &found].map(|report| {
+                let overlap = report.overlap.as_ref().expect("they overlap");
+                assert_eq!(overlap.measures.covers_twice, [false; 2]);
+                &overlap.measures.total
+            });
+            let values = |total: &OverlapMeasures| {
+                let areas = [total.area_of_a_inside_b, total.area_of_b_inside_a];
+                [total.volume, areas[0], areas[1]].map(|value| value.expect("both are closed"))
+            };
+            for (expected, found) in values(expected_total).into_iter().zip(values(total)) {
+                assert!((found - expected).abs() <= 1e-12 * expected.abs(), "{found}: {expected}");
+            }
+            assert!((depth(&expected) - depth(&found)).abs() <= 1e-6, "{}", depth(&found));
+            assert_eq!(expected.crossing_faces, found.crossing_faces);
+        }
+    }
+}
+
+#[test]
+fn a_body_that_is_inside_out_moves_with_its_overlaps() {
+    let (a, b) = (cube(10.0).flipped(), cube(10.0).translated(DVec3::X * 20.0));
+    let (mut scene, ids) = scene_of(&[&a, &b]);
+    for way in [15.0, 12.0, 0.0, 18.0] {
+        let moved: Vec<DVec3> = a.positions.iter().map(|x| *x + DVec3::X * way).collect();
+        scene.move_body(ids[0], &moved).expect("positions");
+        let reports = scene.check(&CheckParams::new(0.0), Progress::none()).expect("a check");
+        let found = reports.first().map_or(0.0, volume);
+        assert!((found - 100.0 * f64::max(0.0, way - 10.0)).abs() < 1e-9, "{found} at {way}");
+    }
 }
 
 /// A wedge with a ridge of length 8 along x at height 0, over a base that is 6 wide.
