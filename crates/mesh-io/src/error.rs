@@ -54,10 +54,12 @@ pub enum ReadError {
         problem: String,
     },
     /// The format allows a feature that this crate does not support.
-    #[error("{format} file: {feature} cannot be read; {remedy}")]
+    #[error("{format} file: {place}{feature} cannot be read; {remedy}", place = .place.as_ref().map(|place| format!("{place}: ")).unwrap_or_default())]
     Unsupported {
         /// Name of the format.
         format: &'static str,
+        /// Place of the feature, where it is at one.
+        place: Option<FilePlace>,
         /// Name of the feature, without control characters.
         feature: String,
         /// Way to write the file without the feature.
@@ -259,8 +261,16 @@ impl Format {
     }
 
     pub(crate) fn unsupported(&self, feature: impl AsRef<str>) -> ReadError {
+        self.unsupported_at(None, feature)
+    }
+
+    pub(crate) fn unsupported_on_line(&self, line: usize, feature: impl AsRef<str>) -> ReadError {
+        self.unsupported_at(Some(FilePlace::Line(line)), feature)
+    }
+
+    fn unsupported_at(&self, place: Option<FilePlace>, feature: impl AsRef<str>) -> ReadError {
         let feature = escaped(feature.as_ref());
-        ReadError::Unsupported { format: self.name, feature, remedy: self.remedy }
+        ReadError::Unsupported { format: self.name, place, feature, remedy: self.remedy }
     }
 }
 

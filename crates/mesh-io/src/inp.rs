@@ -12,7 +12,8 @@
 
 use std::collections::HashMap;
 
-use crate::inp_outline::{INP, label};
+use crate::inp_keyword::{InpLine, Keyword};
+use crate::inp_outline::INP;
 use crate::parts::Part;
 use crate::solid::Solid;
 use crate::text::{Line, number, placed_fields, quoted};
@@ -59,7 +60,7 @@ pub(crate) struct InpContent {
 
 /// Reads nodes and elements from lines.
 pub(crate) fn parse_content<'a>(
-    lines: impl Iterator<Item = Line<'a>>,
+    lines: impl Iterator<Item = InpLine<'a>>,
     elements: MeshElements,
     sorting: Sorting,
 ) -> Result<InpContent, ReadError> {
@@ -67,18 +68,19 @@ pub(crate) fn parse_content<'a>(
     reader.content.parts.push(Part::default());
     let (mut block, mut last) = (Block::Skipped, 0);
     for line in lines {
-        last = line.number;
-        let text = line.text.trim_ascii();
-        if text.is_empty() || text.starts_with(b"**") {
-            continue;
-        }
-        if text.starts_with(b"*") {
-            reader.check_complete(line.number)?;
-            reader.is_skipping = false;
-            block = reader.keyword(text)?;
-            continue;
-        }
+        let line = match line {
+            InpLine::Keyword(keyword) => {
+                last = keyword.line.number;
+                reader.check_complete(last)?;
+                reader.is_skipping = false;
+                block = reader.begin_block(&keyword)?;
+                continue;
+            }
+            InpLine::Data(line) => line,
+        };
+
         // Data lines belong to the last keyword.
+        last = line.number;
         match block {
             Block::Nodes => reader.read_node(&line)?,
             Block::OtherElements => reader.skip_element(&line),
@@ -126,61 +128,54 @@ struct InpReader {
     is_in_assembly: bool,
     /// Number and nodes of an element whose data lines go on.
     element: Vec<u64>,
-    /// Type of elements that are skipped.
-    skipped_kind: String,
+    /// Type of elements that are read or skipped.
+    kind: String,
     /// True if the data lines of a skipped element go on.
     is_skipping: bool,
 }
 
 impl InpReader {
-    /// Begins the block of a keyword line.
-    fn keyword(&mut self, line: &[u8]) -> Result<Block, ReadError> {
-        // Blanks and case do not matter.
-        let mut text = String::from_utf8_lossy(line).to_ascii_uppercase();
-        text.retain(|character| !character.is_whitespace());
-        let mut words = text[1..].split(',');
-        let keyword = words.next().unwrap_or_default();
-        if ["NODE", "ELEMENT"].contains(&keyword) {
-            check_parameters(words.clone())?;
+    /// Begins the block of a keyword.
+    fn begin_block(&mut self, keyword: &Keyword<'_>) -> Result<Block, ReadError> {
+        let line = keyword.line.number;
+        if keyword.is_any(&GENERATING) {
+            let feature = format!("the keyword {}", quoted(&keyword.name));
+            return Err(INP.unsupported_on_line(line, feature));
+        }
+        if keyword.is("NODE") {
+            check_parameters(keyword)?;
+            // An assembly has nodes of its own, with their own numbers: reference points.
+            return Ok(if self.is_in_assembly { Block::Skipped } else { Block::Nodes });
+        }
+        if keyword.is("ELEMENT") {
+            check_parameters(keyword)?;
+            let Some(kind) = keyword.value("TYPE") else {
+                return Err(INP.unsupported_on_line(line, "a line *ELEMENT without a type"));
+            };
+            if self.sorting == Sorting::Sets {
+                self.part = self.part_of_set(keyword.value("ELSET"));
+            }
+            self.kind = kind.to_ascii_uppercase();
+            return self.begin_elements(line);
         }
 
-        match keyword {
-            // An assembly has nodes of its own, with their own numbers: reference points.
-            "NODE" if self.is_in_assembly => Ok(Block::Skipped),
-            "NODE" => Ok(Block::Nodes),
-            "ELEMENT" => {
-                let Some(kind) = words.find_map(|word| word.strip_prefix("TYPE=")) else {
-                    return Err(INP.unsupported("a line *ELEMENT without a type"));
-                };
-                if self.sorting == Sorting::Sets {
-                    self.part = self.part_of_set(label(line, "ELSET"));
-                }
-                kind.clone_into(&mut self.skipped_kind);
-                self.begin_elements(kind)
-            }
-            "ASSEMBLY" | "ENDASSEMBLY" | "ENDINSTANCE" => {
-                self.is_in_assembly = keyword != "ENDASSEMBLY";
-                Ok(Block::Skipped)
-            }
-            "PART" | "INSTANCE" => {
-                self.is_in_assembly = false;
-                Ok(Block::Skipped)
-            }
-            _ if GENERATING.contains(&keyword) => {
-                Err(INP.unsupported(format!("the keyword {}", quoted(keyword))))
-            }
-            _ => Ok(Block::Skipped),
+        if keyword.is_any(&["ASSEMBLY", "ENDINSTANCE"]) {
+            self.is_in_assembly = true;
+        } else if keyword.is_any(&["ENDASSEMBLY", "PART", "INSTANCE"]) {
+            self.is_in_assembly = false;
         }
+        Ok(Block::Skipped)
     }
 
-    /// Returns the block of elements of a type.
-    fn begin_elements(&mut self, kind: &str) -> Result<Block, ReadError> {
+    /// Returns the block of elements of the type that is read.
+    fn begin_elements(&mut self, line: usize) -> Result<Block, ReadError> {
+        let kind = &self.kind;
         let Some(block) = element_block(kind, self.elements) else {
+            let feature = unsupported_feature(kind);
             if self.sorting == Sorting::Wanted {
-                return Err(unsupported_type(kind));
+                return Err(INP.unsupported_on_line(line, feature));
             }
-            let part = &mut self.content.parts[self.part];
-            part.unsupported.get_or_insert_with(|| unsupported_feature(kind));
+            self.content.parts[self.part].unsupported.get_or_insert(feature);
             return Ok(Block::OtherElements);
         };
 
@@ -189,17 +184,19 @@ impl InpReader {
             return Ok(block);
         }
         match self.elements {
-            MeshElements::Cells => Err(INP.unsupported("solid elements of an assembly")),
+            MeshElements::Cells => {
+                Err(INP.unsupported_on_line(line, "solid elements of an assembly"))
+            }
             MeshElements::Polygons => Ok(Block::OtherElements),
         }
     }
 
     /// Returns the number of the part of an element set, a new one where there is none yet.
-    fn part_of_set(&mut self, name: Option<String>) -> usize {
+    fn part_of_set(&mut self, name: Option<&str>) -> usize {
         let Some(name) = name else { return 0 };
         let parts = &mut self.content.parts;
         *self.parts_of_sets.entry(name.to_ascii_uppercase()).or_insert_with(|| {
-            parts.push(Part::named(&name));
+            parts.push(Part::named(name));
             parts.len() - 1
         })
     }
@@ -259,7 +256,7 @@ impl InpReader {
             part.other_nodes.extend(known);
         }
         if !self.is_skipping {
-            part.skipped.add(&self.skipped_kind);
+            part.skipped.add(&self.kind);
         }
         self.is_skipping = line.text.trim_ascii_end().ends_with(b",");
     }
@@ -274,14 +271,17 @@ impl InpReader {
 }
 
 /// Refuses data lines in another file, and coordinates that are not Cartesian.
-fn check_parameters<'a>(words: impl Iterator<Item = &'a str>) -> Result<(), ReadError> {
-    for word in words {
-        let is_cylindrical = word.starts_with("SYSTEM=") && word != "SYSTEM=R";
-        if word.starts_with("INPUT=") || is_cylindrical {
-            return Err(INP.unsupported(format!("the parameter {}", quoted(word))));
+fn check_parameters(keyword: &Keyword<'_>) -> Result<(), ReadError> {
+    let input = keyword.value("INPUT").map(|file| ("INPUT", file));
+    let system = keyword.value("SYSTEM").filter(|system| !system.eq_ignore_ascii_case("R"));
+    match input.or(system.map(|system| ("SYSTEM", system))) {
+        Some((parameter, value)) => {
+            let value = quoted(format!("{parameter}={}", value.to_ascii_uppercase()));
+            let feature = format!("the parameter {value}");
+            Err(INP.unsupported_on_line(keyword.line.number, feature))
         }
+        None => Ok(()),
     }
-    Ok(())
 }
 
 /// Returns the block of an element type; letters behind the shape concern the integration.

@@ -14,11 +14,12 @@ use glam::DVec3;
 use crate::ReadError;
 use crate::copy::{Copy, Precision, check_range};
 use crate::inp::{InpContent, Sorting, parse_content, unsupported_type};
+use crate::inp_keyword::InpLines;
 use crate::inp_outline::{INP, Outline, Section};
 use crate::inp_placement::Placement;
 use crate::mesh::Mesh;
 use crate::parts::{FileParts, Part};
-use crate::text::{Line, Lines, quoted};
+use crate::text::{Lines, quoted};
 use crate::volume::MeshElements;
 
 /// Maximum number of nodes and elements of instances whose part has another one before them. Below, models with
@@ -110,7 +111,8 @@ pub(crate) fn placement_rounding(
 
 /// Reads all nodes and elements of a file with one part or instance at most.
 fn whole(bytes: &[u8], outline: &Outline<'_>) -> Result<Mesh, ReadError> {
-    let read = |elements| parse_content(Lines::new(bytes), elements, Sorting::Wanted);
+    let read =
+        |elements| parse_content(InpLines::new(Lines::new(bytes)), elements, Sorting::Wanted);
     let mut content = read(MeshElements::Cells)?;
     if content.only_part().cells.is_empty() {
         content = read(MeshElements::Polygons)?;
@@ -145,7 +147,7 @@ impl InpModel {
             return Self::of_outline(&outline);
         }
         let sorting = if outline.only_name().is_some() { Sorting::Part } else { Sorting::Sets };
-        let mut content = read_parts(|| Lines::new(bytes), sorting)?;
+        let mut content = read_parts(&Lines::new(bytes), sorting)?;
         match outline.only_name() {
             Some(name) => content.parts[0].set_name(name),
             None => {
@@ -162,7 +164,8 @@ impl InpModel {
         if outline.has_several() {
             return Self::of_outline(&outline);
         }
-        let content = parse_content(Lines::new(bytes), MeshElements::Cells, Sorting::Wanted)?;
+        let lines = InpLines::new(Lines::new(bytes));
+        let content = parse_content(lines, MeshElements::Cells, Sorting::Wanted)?;
         Self::of_one_body(InpContent { parts: Vec::new(), ..content }, &outline)
     }
 
@@ -181,7 +184,7 @@ impl InpModel {
         check_outside(outline)?;
         let mut parts = Vec::new();
         for part in &outline.parts {
-            parts.push(read_parts(|| part.lines.clone(), Sorting::Part)?);
+            parts.push(read_parts(&part.lines, Sorting::Part)?);
         }
         let mut model = Self::new();
         if outline.instances.is_empty() {
@@ -195,7 +198,7 @@ impl InpModel {
         let shared = outline.instances_by_part()?;
         let (mut is_used, mut repeated) = (vec![false; parts.len()], 0);
         for (instance, part) in outline.instances.iter().zip(part_of) {
-            let own = read_parts(|| instance.lines.clone(), Sorting::Part)?;
+            let own = read_parts(&instance.lines, Sorting::Part)?;
             let of_part = part.filter(|&part| !parts[part].nodes.places.is_empty());
             let Some(part) = of_part else {
                 model.push_body(instance, &own, None)?;
@@ -318,16 +321,14 @@ impl InpContent {
 }
 
 /// Reads the nodes of some lines, and their parts: each of its solids, or else of its surface elements.
-fn read_parts<'a, L: Iterator<Item = Line<'a>>>(
-    lines: impl Fn() -> L,
-    sorting: Sorting,
-) -> Result<InpContent, ReadError> {
-    let mut content = parse_content(lines(), MeshElements::Cells, sorting)?;
+fn read_parts(lines: &Lines<'_>, sorting: Sorting) -> Result<InpContent, ReadError> {
+    let read = |elements| parse_content(InpLines::new(lines.clone()), elements, sorting);
+    let mut content = read(MeshElements::Cells)?;
     let may_be_surface = |part: &Part| part.cells.is_empty() && !part.skipped.counts.is_empty();
     if !content.parts.iter().any(may_be_surface) {
         return Ok(content);
     }
-    let surfaces = parse_content(lines(), MeshElements::Polygons, sorting)?;
+    let surfaces = read(MeshElements::Polygons)?;
     for (part, surface) in content.parts.iter_mut().zip(surfaces.parts) {
         if part.cells.is_empty() {
             *part = surface;
@@ -338,7 +339,7 @@ fn read_parts<'a, L: Iterator<Item = Line<'a>>>(
 
 /// Refuses what stands outside of all parts and instances, and would be lost.
 fn check_outside(outline: &Outline<'_>) -> Result<(), ReadError> {
-    let lines = outline.outside.iter().cloned().flatten();
+    let lines = outline.outside.iter().cloned().flat_map(InpLines::new);
     let content = parse_content(lines, MeshElements::Cells, Sorting::Wanted)?;
     if content.nodes.places.is_empty() {
         return Ok(());

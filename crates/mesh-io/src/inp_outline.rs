@@ -1,13 +1,12 @@
 //! Outline of an Abaqus input file: its parts, their instances in the assembly, and the lines of neither.
 //!
-//! Case does not matter in names, nor do blanks outside quotation marks.
-//!
-//! Source: "Abaqus Analysis User's Guide", "Defining an assembly" and "Input syntax rules".
+//! Source: "Abaqus Analysis User's Guide", "Defining an assembly".
 
 use std::collections::{BTreeMap, HashMap};
 
 use crate::ReadError;
 use crate::error::Format;
+use crate::inp_keyword::{InpLine, InpLines, Keyword};
 use crate::inp_placement::{Placement, PlacementLines};
 use crate::text::{Line, Lines, quoted};
 
@@ -52,19 +51,12 @@ enum SectionKind {
 impl<'a> Outline<'a> {
     /// Reads the keywords of a file, and the data lines that place instances.
     pub(crate) fn read(bytes: &'a [u8]) -> Result<Self, ReadError> {
-        let mut lines = Lines::new(bytes);
-        let mut reader = OutlineReader::new(&lines);
-        loop {
-            let from_here = lines.clone();
-            let Some(line) = lines.next() else { break };
-            let text = line.text.trim_ascii();
-            if text.is_empty() || text.starts_with(b"**") {
-                continue;
-            }
-            if text.starts_with(b"*") {
-                reader.read_keyword(text, from_here, &lines);
-            } else {
-                reader.read_data(&line)?;
+        let mut lines = InpLines::new(Lines::new(bytes));
+        let mut reader = OutlineReader::new(lines.rest());
+        while let Some(line) = lines.next() {
+            match line {
+                InpLine::Keyword(keyword) => reader.read_keyword(&keyword, lines.rest()),
+                InpLine::Data(line) => reader.read_data(&line)?,
             }
         }
         reader.end_placement();
@@ -141,22 +133,22 @@ impl<'a> OutlineReader<'a> {
         }
     }
 
-    /// Reads a keyword, given the lines from it on and those below it.
-    fn read_keyword(&mut self, text: &[u8], from_here: Lines<'a>, below: &Lines<'a>) {
+    /// Reads a keyword, given the lines below it.
+    fn read_keyword(&mut self, keyword: &Keyword<'_>, below: &Lines<'a>) {
         self.end_placement();
-        let keyword = keyword(text);
-        self.is_in_nodes = keyword == "NODE";
-        let Some(kind) = section_of(&keyword) else { return };
+        self.is_in_nodes = keyword.is("NODE");
+        let Some(kind) = section_of(keyword) else { return };
 
-        self.end_section(from_here.byte());
+        self.end_section(keyword.line.start);
         self.kind = kind;
-        self.start = if kind == SectionKind::Outside { from_here } else { below.clone() };
+        let is_outside = kind == SectionKind::Outside;
+        self.start = if is_outside { below.back_to(&keyword.line) } else { below.clone() };
         let section = Section {
-            name: label(text, "NAME"),
-            part: label(text, "PART"),
+            name: keyword.value("NAME").map(str::to_owned),
+            part: keyword.value("PART").map(str::to_owned),
             placement: None,
             has_nodes: false,
-            line: below.number(),
+            line: keyword.line.number,
             lines: Lines::new(&[]),
         };
         match kind {
@@ -213,12 +205,14 @@ impl Section<'_> {
 }
 
 /// Returns the kind of section that a keyword begins, `None` where it begins none.
-fn section_of(keyword: &str) -> Option<SectionKind> {
-    match keyword {
-        "PART" => Some(SectionKind::Part),
-        "INSTANCE" => Some(SectionKind::Instance),
-        "ENDPART" | "ENDINSTANCE" | "ASSEMBLY" | "ENDASSEMBLY" => Some(SectionKind::Outside),
-        _ => None,
+fn section_of(keyword: &Keyword<'_>) -> Option<SectionKind> {
+    if keyword.is("PART") {
+        Some(SectionKind::Part)
+    } else if keyword.is("INSTANCE") {
+        Some(SectionKind::Instance)
+    } else {
+        let ends = keyword.is_any(&["ENDPART", "ENDINSTANCE", "ASSEMBLY", "ENDASSEMBLY"]);
+        ends.then_some(SectionKind::Outside)
     }
 }
 
@@ -240,61 +234,9 @@ fn numbers_by_name(
     Ok(numbers)
 }
 
-/// Returns the keyword of a line that begins with a star, in upper case and without blanks.
-fn keyword(text: &[u8]) -> String {
-    let end = text.iter().position(|&byte| byte == b',').unwrap_or(text.len());
-    let mut keyword = String::from_utf8_lossy(&text[1..end]).to_ascii_uppercase();
-    keyword.retain(|character| !character.is_whitespace());
-    keyword
-}
-
-/// Returns the value of a parameter of a keyword line, where it has one. Blanks are left out, unless a value is in
-/// quotation marks.
-pub(crate) fn label(text: &[u8], parameter: &str) -> Option<String> {
-    let in_latin_1 = || text.iter().copied().map(char::from).collect();
-    let text = std::str::from_utf8(text).map_or_else(|_| in_latin_1(), str::to_owned);
-
-    // Commas in quotation marks are of a value.
-    let mut is_quoted = false;
-    let mut fields = text.split(|character: char| {
-        is_quoted ^= character == '"';
-        character == ',' && !is_quoted
-    });
-    fields.find_map(|field| {
-        let (key, value) = field.split_once('=')?;
-        if !key.trim().eq_ignore_ascii_case(parameter) {
-            return None;
-        }
-        let value = value.trim();
-        let quoted = value.strip_prefix('"').map(|value| value.split('"').next());
-        let value = match quoted {
-            Some(inside) => inside.unwrap_or_default().to_owned(),
-            None => value.chars().filter(|character| !character.is_whitespace()).collect(),
-        };
-        (!value.is_empty()).then_some(value)
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn names_are_read_from_keyword_lines() {
-        for (line, expected) in [
-            ("*Part, name=Femur", Some("Femur")),
-            ("* PART , NAME = left femur ", Some("leftfemur")),
-            ("*Part, name=\"left, femur = 2\"", Some("left, femur = 2")),
-            ("*Instance, part=\"name=x\", name=\"a b\"", Some("a b")),
-            ("*Instance, part=p, surname=x", None),
-            ("*Part, name=", None),
-            ("*Part, name=\"\"", None),
-            ("*Part, name", None),
-        ] {
-            assert_eq!(label(line.as_bytes(), "NAME").as_deref(), expected, "{line}");
-        }
-        assert_eq!(label(b"*Part, name=F\xe9mur", "NAME").as_deref(), Some("F\u{e9}mur"));
-    }
 
     #[test]
     fn every_line_is_of_one_section() {

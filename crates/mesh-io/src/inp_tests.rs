@@ -20,7 +20,11 @@ fn coordinates_and_elements_that_stand_elsewhere_are_refused() {
         ("*System\n0, 0, 1\n*Node", "", "the keyword 'SYSTEM' cannot be read"),
         ("*Node", "*Node, input=more.txt", "the parameter 'INPUT=MORE.TXT' cannot be read"),
         ("*Node", "*Element, type=C3D4, input=a", "the parameter 'INPUT=A' cannot be read"),
-        ("*Node", "*Element,\n type=C3D4\n", "*ELEMENT without a type cannot be read"),
+        ("*Node", "*Element, elset=a\n", "line 8: a line *ELEMENT without a type cannot be read"),
+        // Abbreviated, and on two lines.
+        ("*Node, sys=c", "", "line 1: the parameter 'SYSTEM=C' cannot be read"),
+        ("*Node", "*Elem,\nelset=e,\n in=a", "line 8: the parameter 'INPUT=A' cannot be read"),
+        ("*Node", "*Nfil\n", "line 8: the keyword 'NFIL' cannot be read"),
     ] {
         let refusal = parse(file(node, element).as_bytes()).expect_err(feature).to_string();
         assert!(refusal.contains(feature), "{refusal}");

@@ -46,6 +46,7 @@ mod error;
 mod feb;
 mod field;
 mod inp;
+mod inp_keyword;
 mod inp_model;
 mod inp_outline;
 mod inp_placement;

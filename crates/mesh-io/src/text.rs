@@ -83,9 +83,9 @@ impl<'a> Lines<'a> {
         self.number
     }
 
-    /// Returns the byte at which the next line begins.
-    pub(crate) fn byte(&self) -> usize {
-        self.start
+    /// Returns the lines from one of them on.
+    pub(crate) fn back_to(&self, line: &Line<'_>) -> Self {
+        Self { start: line.start, number: line.number - 1, ..self.clone() }
     }
 
     /// Returns the lines from here on that begin before a byte, which begins one.

@@ -229,7 +229,10 @@ fn element_sets_of_a_flat_file_are_parts_where_they_are_named() {
     let refusals = [
         (part(FLAT, &["odd"]), "the part 'odd' with elements of type 'C3D5' cannot be read"),
         (part(FLAT, &["spring"]), "has no part 'spring'; its parts are 'Upper', 'lower one', 's"),
-        (parse_mesh(FLAT.as_bytes(), "inp"), "INP file: elements of type 'C3D5' cannot be read"),
+        (
+            parse_mesh(FLAT.as_bytes(), "inp"),
+            "INP file: line 13: elements of type 'C3D5' cannot be read",
+        ),
     ];
     for (result, expected) in refusals {
         let refusal = result.expect_err(expected).to_string();
@@ -240,6 +243,33 @@ fn element_sets_of_a_flat_file_are_parts_where_they_are_named() {
     let moved = move_nodes(FLAT.replace("C3D5", "T3D2").as_bytes(), "inp", &moves);
     let expected = plain.replace("5, 0., 0., -1.", "5, 0., 0., -2.0");
     assert_eq!(String::from_utf8(moved.expect("a model")).expect("text"), expected);
+}
+
+/// Keyword lines that go on below a comma, abbreviated ones, and names that hold a comma.
+#[test]
+fn a_model_is_the_same_however_its_keywords_are_spelled() {
+    let mut model = MODEL.to_owned();
+    for (from, to) in [
+        ("*Part, name=Bone\n", "*Part,\r\n  name=Bone\r\n"),
+        ("*Instance, name=muscle, part=", "*Instance, name=muscle,\n** placed\n PART = "),
+        ("*Instance, name=femur, part=BONE\n", "*Inst, n=femur, p=BONE,\n"),
+        ("*Element, type=C3D4\n5", "*Element,\n elset=\"a, type=S3\",\n type=C3D4\n5"),
+        ("6, 1, 7, 2, 9\n", "*Elem, elset=e, typ=C3D4,\n6, 1, 7, 2, 9\n"),
+        ("*End Part\n*Assembly", "*End Par\n*Assem"),
+    ] {
+        assert!(model.contains(from), "{from}");
+        model = model.replacen(from, to, 1);
+    }
+    assert_eq!(part_names(model.as_bytes(), "inp").ok(), part_names(MODEL.as_bytes(), "inp").ok());
+    for name in ["muscle", "femur", "screw-1", "Screw 2"] {
+        let (mesh, expected) = (part(&model, &[name]), part(MODEL, &[name]));
+        assert_eq!(mesh.expect(name), expected.expect(name), "{name}");
+    }
+
+    let moves = BTreeMap::from([(4, DVec3::new(10.0, 20.0, 28.0))]);
+    let moved = move_nodes(model.as_bytes(), "inp", &moves).expect("a model");
+    let expected = model.replace("9, 0., 0., -1.", "9, 0., 0., -2.0");
+    assert_eq!(String::from_utf8(moved).expect("text"), expected);
 }
 
 #[test]
