@@ -88,25 +88,24 @@ pub(crate) fn instances_by_part(bytes: &[u8]) -> Result<BTreeMap<String, Vec<Str
     if outline.has_several() { outline.instances_by_part() } else { Ok(BTreeMap::new()) }
 }
 
-/// Returns a bound on the distances by which placements round positions that are written, of the instances of some
-/// names, or else of all. Coordinates are at most `max_coordinate`.
-pub(crate) fn placement_rounding(
+/// Returns bounds on the distances by which placements round positions that are written, per body by the names of its
+/// instances, or else of all. Each has the maximum of its coordinates.
+pub(crate) fn placement_roundings(
     bytes: &[u8],
-    names: &[String],
-    max_coordinate: f64,
-) -> Result<f64, ReadError> {
+    bodies: &[&[String]],
+    max_coordinates: &[f64],
+) -> Result<Vec<f64>, ReadError> {
     let outline = Outline::read(bytes)?;
-    let is_wanted = |instance: &&Section<'_>| {
-        let own = instance.name.as_deref().unwrap_or_default();
-        names.is_empty() || names.iter().any(|name| name.eq_ignore_ascii_case(own))
+    let rounding = |(names, &max_coordinate): (&&[String], &f64)| {
+        let is_own = |instance: &&Section<'_>| {
+            let own = instance.name.as_deref().unwrap_or_default();
+            names.is_empty() || names.iter().any(|name| name.eq_ignore_ascii_case(own))
+        };
+        let placements = outline.instances.iter().filter(is_own);
+        let placements = placements.filter_map(|instance| instance.placement.as_ref());
+        placements.map(|placement| placement.max_rounding(max_coordinate)).fold(0.0, f64::max)
     };
-    let mut rounding: f64 = 0.0;
-    for instance in outline.instances.iter().filter(is_wanted) {
-        if let Some(placement) = &instance.placement {
-            rounding = rounding.max(placement.max_rounding(max_coordinate));
-        }
-    }
-    Ok(rounding)
+    Ok(bodies.iter().zip(max_coordinates).map(rounding).collect())
 }
 
 /// Reads all nodes and elements of a file with one part or instance at most.

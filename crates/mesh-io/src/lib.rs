@@ -91,7 +91,7 @@ pub use self::mesh_format::{
     MeshFormat, instances_by_part, nodes_by_part, parse_mesh, parse_parts, part_names,
 };
 pub use self::osim::{ModelBody, ModelMesh, OpenSimModel};
-pub use self::replace::{coordinate_precision, move_nodes, placement_rounding, replace_positions};
+pub use self::replace::{coordinate_precision, move_nodes, placement_roundings, replace_positions};
 pub use self::skipped::SkippedElements;
 pub use self::source::{MAX_FILE_BYTES, MAX_STREAM_BYTES, read_file, read_text, separator_advice};
 pub use self::space::Space;

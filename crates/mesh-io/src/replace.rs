@@ -116,23 +116,23 @@ pub fn coordinate_precision(file: &[u8], extension: &str) -> Result<Precision, R
     }
 }
 
-/// Returns a bound on the distances by which positions of some parts of a file, or of all, are rounded because they
-/// are written in the axes of these parts; 0 where the file has them where they are read. Coordinates are at most
-/// `max_coordinate`.
+/// Returns bounds on the distances by which positions of bodies are rounded because they are written in the axes of
+/// parts of the file; 0 where the file has them where they are read. Bodies are given by the names of their parts,
+/// none for all, each with the maximum of its coordinates.
 ///
 /// # Errors
 ///
 /// The reason, where the content does not follow its format.
-pub fn placement_rounding(
+pub fn placement_roundings(
     file: &[u8],
     extension: &str,
-    parts: &[String],
-    max_coordinate: f64,
-) -> Result<f64, ReadError> {
+    bodies: &[&[String]],
+    max_coordinates: &[f64],
+) -> Result<Vec<f64>, ReadError> {
     let (_, file) = split_mark(file);
     match FileFormat::recognize(file, extension)? {
-        FileFormat::Inp => inp_model::placement_rounding(file, parts, max_coordinate),
-        _ => Ok(0.0),
+        FileFormat::Inp => inp_model::placement_roundings(file, bodies, max_coordinates),
+        _ => Ok(vec![0.0; bodies.len()]),
     }
 }
 

@@ -40,10 +40,14 @@ pub(super) fn file_roundings(loaded: &LoadedScene) -> Result<Vec<FileRounding>, 
         let refused = |error| Failure::in_file(path, error);
         let (content, extension) = (mesh_io::read_file(path)?, extension(path));
         let precision = mesh_io::coordinate_precision(&content, &extension).map_err(refused)?;
-        for number in numbers {
-            let (parts, size) = (&described[number].parts, bodies[number].largest_coordinate());
-            let of_placement =
-                mesh_io::placement_rounding(&content, &extension, parts, size).map_err(refused)?;
+        let (mut parts, mut sizes) = (Vec::new(), Vec::new());
+        for &number in &numbers {
+            parts.push(&*described[number].parts);
+            sizes.push(bodies[number].largest_coordinate());
+        }
+        let of_placements =
+            mesh_io::placement_roundings(&content, &extension, &parts, &sizes).map_err(refused)?;
+        for (number, of_placement) in numbers.into_iter().zip(of_placements) {
             roundings[number] = FileRounding { precision, of_placement };
         }
     }

@@ -7,6 +7,8 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use glam::DVec3;
+use mesh_io::Volume;
+use musculo_collide::surface::parallel;
 use musculo_collide::volume_mesh::{Followed, MiddleNode};
 use musculo_collide::{BodyId, Progress};
 
@@ -41,10 +43,15 @@ pub(super) fn complete_parts(
 
     // Vertices of several bodies are in one place before volume meshes follow.
     let ends = vertex_ends(loaded, bodies);
-    let mut parts = Vec::new();
-    for &body in bodies {
-        parts.push(MovedPart::new(loaded, body, &ends, &start[body.index()], progress)?);
-    }
+    let scene = &*loaded;
+    let cells = |body: &BodyId| scene.volumes[body.index()].as_ref().map_or(0.0, cell_count);
+    let parts = parallel::map_costly_first(
+        bodies,
+        cells,
+        || (),
+        |(), &body| MovedPart::new(scene, body, &ends, &start[body.index()], progress),
+    );
+    let parts = parts.into_iter().collect::<Result<Vec<_>, Failure>>()?;
     let mut nodes = MovedNodes::default();
     let (rigid, soft): (Vec<_>, Vec<_>) =
         parts.iter().partition(|part| loaded.scene.body(part.body).is_rigid());
@@ -81,6 +88,12 @@ pub(super) fn complete_parts(
         files.push(file);
     }
     Ok(files)
+}
+
+/// Returns the number of cells of a volume mesh.
+#[expect(clippy::cast_precision_loss, reason = "an estimate of the time to follow its surface")]
+fn cell_count(volume: &Volume) -> f64 {
+    volume.mesh.cells().len() as f64
 }
 
 /// Returns where the vertices of bodies end, by their nodes: those of several bodies where the first one has them,

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use mesh_io::{
     Mesh, ReadError, instances_by_part, move_nodes, nodes_by_part, parse_mesh, parse_parts,
-    part_names, placement_rounding, replace_positions,
+    part_names, placement_roundings, replace_positions,
 };
 
 use crate::volumes::INP;
@@ -185,12 +185,14 @@ fn moved_nodes_are_written_in_the_axes_of_their_part() {
         assert!(move_nodes(MODEL.as_bytes(), "inp", &moves).is_err(), "{node} to {x}");
     }
 
-    let rounding = |parts: &[&str]| {
-        placement_rounding(MODEL.as_bytes(), "inp", &names(parts), 40.0).expect("a model")
-    };
-    assert!(rounding(&["femur"]).total_cmp(&0.0).is_eq(), "it stands where it is read");
-    assert!(rounding(&["MUSCLE"]) > rounding(&["screw-1"]), "it is farther away");
-    assert!(rounding(&["muscle"]) < 1e-9, "{}", rounding(&["muscle"]));
+    let bodies = [names(&["femur"]), names(&["MUSCLE"]), names(&["screw-1"]), Vec::new()];
+    let bodies: Vec<&[String]> = bodies.iter().map(Vec::as_slice).collect();
+    let roundings = placement_roundings(MODEL.as_bytes(), "inp", &bodies, &[40.0; 4]);
+    let roundings = roundings.expect("a model");
+    let [femur, muscle, screw, all] = roundings[..] else { panic!("one per body: {roundings:?}") };
+    assert!(femur.total_cmp(&0.0).is_eq(), "it stands where it is read");
+    assert!(muscle > screw && muscle < 1e-9, "it is farther away: {muscle}, {screw}");
+    assert!(all.total_cmp(&muscle).is_eq(), "the largest of all: {all}");
 }
 
 /// Two tissues over common nodes, as Gmsh and others write them, with a spring.
