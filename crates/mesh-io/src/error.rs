@@ -54,12 +54,15 @@ pub enum ReadError {
         problem: String,
     },
     /// The format allows a feature that this crate does not support.
-    #[error("{format} file: {place}{feature} cannot be read; {remedy}", place = .place.as_ref().map(|place| format!("{place}: ")).unwrap_or_default())]
+    #[error(
+        "{format} file: {place}{feature} cannot be read; {remedy}",
+        place = .line.map(|line| format!("line {line}: ")).unwrap_or_default()
+    )]
     Unsupported {
         /// Name of the format.
         format: &'static str,
-        /// Place of the feature, where it is at one.
-        place: Option<FilePlace>,
+        /// Line of a text file that has it, counted from 1, where it is one line.
+        line: Option<usize>,
         /// Name of the feature, without control characters.
         feature: String,
         /// Way to write the file without the feature.
@@ -265,12 +268,12 @@ impl Format {
     }
 
     pub(crate) fn unsupported_on_line(&self, line: usize, feature: impl AsRef<str>) -> ReadError {
-        self.unsupported_at(Some(FilePlace::Line(line)), feature)
+        self.unsupported_at(Some(line), feature)
     }
 
-    fn unsupported_at(&self, place: Option<FilePlace>, feature: impl AsRef<str>) -> ReadError {
+    fn unsupported_at(&self, line: Option<usize>, feature: impl AsRef<str>) -> ReadError {
         let feature = escaped(feature.as_ref());
-        ReadError::Unsupported { format: self.name, place, feature, remedy: self.remedy }
+        ReadError::Unsupported { format: self.name, line, feature, remedy: self.remedy }
     }
 }
 

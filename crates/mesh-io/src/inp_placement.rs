@@ -81,7 +81,15 @@ impl PlacementLines {
             numbers(format, line, "a rotation of 7 numbers, two points and an angle")?;
         let (a, b) = (DVec3::new(ax, ay, az), DVec3::new(bx, by, bz));
         let Some(axis) = direction(a, b) else {
-            let problem = format!("both points of an axis of rotation are at {a}");
+            let problem = if a == b {
+                format!("both points of an axis of rotation are at {}", short(a))
+            } else {
+                format!(
+                    "the points {} and {} of an axis of rotation are too far apart",
+                    short(a),
+                    short(b)
+                )
+            };
             return Err(format.on_line(line.number, problem));
         };
         self.rotation = Some(Rotation { center: a, matrix: rotation_matrix(axis, angle) });
@@ -116,6 +124,11 @@ fn numbers<const N: usize>(
         *target = value;
     }
     Ok(numbers)
+}
+
+/// Returns the text of a point, in which large numbers have exponents.
+fn short(point: DVec3) -> String {
+    format!("{:?}", point.to_array())
 }
 
 /// Returns the direction from one point to another, `None` where they are one or too far apart for numbers.
@@ -235,7 +248,11 @@ mod tests {
             ("0, 0, 0\n0, 0, 0, 0, 0, y, 9", "line 2: 'y' is no number of a rotation of 7"),
             (
                 "0, 0, 0\n1, 2, 3, 1, 2, 3, 9",
-                "line 2: both points of an axis of rotation are at [1",
+                "line 2: both points of an axis of rotation are at [1.0, 2.0",
+            ),
+            (
+                "0, 0, 0\n1e308, 0, 0, -1e308, 0, 0, 9",
+                "line 2: the points [1e308, 0.0, 0.0] and [-1e308, 0.0, 0.0] of an axis of rotation are too far apart",
             ),
             ("0, 0, 0\n1, 2, 3, 1, 2, 4, 9\n1", "line 3: an instance is placed by two lines"),
         ] {
