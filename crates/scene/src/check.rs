@@ -67,17 +67,19 @@ impl Scene {
 
         // Bodies that touch without crossing share a volume where they coincide, and a body is inside
         // a doubled one although the parity of crossings is even: only the measures decide it.
+        let outward = self.outward_trees(pair).unwrap_or(bodies);
         let meets = report.overlaps || !found.meeting_faces().is_empty() || may_enclose;
         if meets && (params.measures || !report.overlaps) {
             let mut measures = Overlap::default();
             let meeting = found.meeting_faces();
-            detector.measure_candidates(bodies, meeting, &mut measures, progress)?;
+            detector.measure_candidates(outward, meeting, &mut measures, progress)?;
             report.overlaps |= shares_volume(&measures, bodies);
             report.coincidence = report.coincidence.or(Coincidence::of_overlap(&measures, bodies));
             if params.measures && !measures.regions.is_empty() {
                 // Surfaces that only touch have no depth but rounding.
                 let known = found.sides().map(PairSide::near);
-                let depths = DepthRequest { tolerance: params.depth_tolerance, known };
+                let tolerance = params.depth_tolerance;
+                let depths = DepthRequest { tolerance, known, outward };
                 let depths = report.overlaps.then_some(depths);
                 let overlap = PairOverlap::new(pair, bodies, measures, depths, detector, progress)?;
                 report.overlap = Some(overlap);
@@ -98,8 +100,14 @@ impl Scene {
         holds(a, b) || holds(b, a)
     }
 
-    /// Returns the trees of a pair that are fitted, those of surfaces that look outward.
+    /// Returns the trees of a pair that are fitted.
     pub(crate) fn trees(&self, pair: PairId) -> Option<[&SurfaceTree; 2]> {
+        Some([self.body(pair.a).tree()?, self.body(pair.b).tree()?])
+    }
+
+    /// Returns the trees of a pair that are fitted, with faces that look outward. Their corners may be in another
+    /// order than those of the bodies.
+    pub(crate) fn outward_trees(&self, pair: PairId) -> Option<[&SurfaceTree; 2]> {
         Some([self.body(pair.a).outward().fitted()?, self.body(pair.b).outward().fitted()?])
     }
 

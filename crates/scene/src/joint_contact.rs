@@ -51,7 +51,7 @@ impl Scene {
             self.get_mut(id)?.fit()?;
         }
         self.map_pairs(pairs, OverlapDetector::default, progress, |detector, pair, progress| {
-            let Some(bodies) = self.trees(pair) else { return Ok(None) };
+            let Some(bodies) = self.outward_trees(pair) else { return Ok(None) };
             Ok(Some(contact(bodies, params, detector, progress)?))
         })
     }

@@ -30,6 +30,8 @@ pub(crate) struct DepthRequest<'a> {
     pub(crate) tolerance: Option<f64>,
     /// Closest points of vertices that are known, of each body on the other, ascending.
     pub(crate) known: [&'a [NearVertex]; 2],
+    /// Trees of the pair that were measured, with faces that look outward.
+    pub(crate) outward: [&'a SurfaceTree; 2],
 }
 
 impl Scene {
@@ -69,13 +71,14 @@ impl Scene {
             self.get_mut(id)?.fit()?;
         }
         self.map_pairs(pairs, OverlapDetector::default, progress, |detector, pair, progress| {
-            let Some(bodies) = self.trees(pair) else { return Ok(None) };
+            let trees = (self.trees(pair), self.outward_trees(pair));
+            let (Some(bodies), Some(outward)) = trees else { return Ok(None) };
             let mut measures = Overlap::default();
-            detector.try_measure_into(bodies, &mut measures, progress)?;
+            detector.try_measure_into(outward, &mut measures, progress)?;
             if measures.regions.is_empty() {
                 return Ok(Some(None));
             }
-            let depths = DepthRequest { tolerance: depth_tolerance, known: [&[]; 2] };
+            let depths = DepthRequest { tolerance: depth_tolerance, known: [&[]; 2], outward };
             let overlap =
                 PairOverlap::new(pair, bodies, measures, Some(depths), detector, progress)?;
             Ok(Some(Some(overlap)))
@@ -101,15 +104,15 @@ impl PairOverlap {
             depth_of_b_in_a: None,
             edge_overlaps: Vec::new(),
         };
-        let Some(DepthRequest { tolerance, known }) = depths else { return Ok(overlap) };
+        let Some(DepthRequest { tolerance, known, outward }) = depths else { return Ok(overlap) };
         let params = depth_params(bodies, tolerance);
         [overlap.depth_of_a_in_b, overlap.depth_of_b_in_a] =
-            detector.depths_from(bodies, known, &params, progress)?;
+            detector.depths_from(outward, known, &params, progress)?;
 
         // Regions without an inside vertex are named by their deepest point.
         for (region, measures) in (0..).zip(&overlap.measures.regions) {
             if measures.inside_vertices == [0, 0] {
-                let depths = detector.depths_in_region(region, bodies, &params, progress)?;
+                let depths = detector.depths_in_region(region, outward, &params, progress)?;
                 overlap.edge_overlaps.extend(EdgeOverlap::new(region, pair, bodies, depths));
             }
         }

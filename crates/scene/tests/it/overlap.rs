@@ -35,8 +35,8 @@ fn depth(report: &PairReport) -> f64 {
     depth.lower
 }
 
-/// Bodies one beside, in and across the other.
-fn pairs_of_balls() -> [[Mesh; 2]; 3] {
+/// Bodies one beside, in and across the other, and two whose edges alone cross.
+fn overlapping_pairs() -> [[Mesh; 2]; 4] {
     let ball = icosphere(5.0, 2);
     let in_place = |mesh: &Mesh, x: f64| mesh.clone().translated(DVec3::new(x, 0.1, 0.2));
     let small = icosphere(2.0, 1);
@@ -44,17 +44,19 @@ fn pairs_of_balls() -> [[Mesh; 2]; 3] {
         [ball.clone(), in_place(&ball, 7.0)],
         [ball.clone(), in_place(&small, 1.0)],
         [in_place(&small, 5.0), ball],
+        crossed_wedges(0.5),
     ]
 }
 
 #[test]
 fn bodies_that_are_inside_out_overlap_as_others_do() {
-    for [a, b] in pairs_of_balls() {
+    for [a, b] in overlapping_pairs() {
         let expected = report(&a, &b);
         for [turns_a, turns_b] in [[true, false], [false, true], [true, true]] {
             let turned =
                 |mesh: &Mesh, turns| if turns { mesh.clone().flipped() } else { mesh.clone() };
-            let found = report(&turned(&a, turns_a), &turned(&b, turns_b));
+            let bodies = [turned(&a, turns_a), turned(&b, turns_b)];
+            let found = report(&bodies[0], &bodies[1]);
             let [expected_total, total] = [&expected, &found].map(|report| {
                 let overlap = report.overlap.as_ref().expect("they overlap");
                 assert_eq!(overlap.measures.covers_twice, [false; 2]);
@@ -69,6 +71,24 @@ fn bodies_that_are_inside_out_overlap_as_others_do() {
             }
             assert!((depth(&expected) - depth(&found)).abs() <= 1e-6, "{}", depth(&found));
             assert_eq!(expected.crossing_faces, found.crossing_faces);
+
+            // Points are in weights of the corners as the body has them.
+            let edges =
+                |report: &PairReport| report.overlap.as_ref().map_or(0, |o| o.edge_overlaps.len());
+            assert_eq!(edges(&found), edges(&expected));
+            for edge in found.overlap.iter().flat_map(|overlap| &overlap.edge_overlaps) {
+                let own = usize::from(edge.body != found.pair.a);
+                for (point, mesh) in [(edge.point, &bodies[own]), (edge.foot, &bodies[1 - own])] {
+                    let corners = mesh.faces[point.face as usize]
+                        .map(|corner| mesh.positions[corner as usize]);
+                    let at: DVec3 = corners
+                        .into_iter()
+                        .zip(point.barycentric)
+                        .map(|(x, weight)| weight * x)
+                        .sum();
+                    assert!(at.distance(point.at) < 1e-12, "{at} for {}", point.at);
+                }
+            }
         }
     }
 }
