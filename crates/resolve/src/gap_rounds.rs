@@ -186,17 +186,17 @@ impl Run<'_> {
         Ok(rows)
     }
 
-    /// Takes the step from the displacements `u` to those of least elastic energy, as far as nothing meets.
+    /// Takes the step from the displacements `u` to those of least elastic energy, as far as nothing meets; returns
+    /// which bodies moved.
     pub(crate) fn step_freely(
         &mut self,
         problem: ElasticProblem,
         u: &[DVec3],
         crossing: &[PairId],
-    ) -> Result<(), ResolveError> {
+    ) -> Result<Vec<bool>, ResolveError> {
         let tolerance = SOLVED_SHARE * self.gap_slack();
         let steps = self.minimize(problem, u, STEP_SWEEPS, tolerance);
-        self.move_freely(&steps, crossing)?;
-        Ok(())
+        self.move_freely(&steps, crossing)
     }
 
     /// Returns true if one body of a pair is soft.
@@ -311,7 +311,8 @@ impl Run<'_> {
         (outward(pair.a, p) - outward(pair.b, q)).normalize_or_zero()
     }
 
-    /// Rounds the positions of soft bodies to the written precision, if a gap is to hold in it.
+    /// Rounds the positions of soft bodies to the written precision, if a gap is to hold in it. Other bodies follow at
+    /// seams.
     pub(crate) fn round_positions(&mut self) -> Result<(), ResolveError> {
         for number in 0..self.tissues.len() {
             let tissue = &self.tissues[number];
@@ -323,6 +324,10 @@ impl Run<'_> {
                 self.move_tissue(number, &rounded_to_single(x))?;
                 self.tissues[number].counted_crossings = counted;
             }
+        }
+
+        for (number, x) in self.ties.seams.rounded(self.scene, &self.tissues) {
+            self.move_tissue(number, &x)?;
         }
         Ok(())
     }

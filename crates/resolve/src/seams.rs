@@ -10,6 +10,7 @@ use surface::{Contact, Stencil, Term, UnionFind};
 
 use crate::conditions::TieBond;
 use crate::count::as_f64;
+use crate::damage::rounded_to_single;
 use crate::elastic::{MAX_TERMS, Terms};
 use crate::tissue::Tissue;
 
@@ -86,6 +87,11 @@ impl Seams {
         &self.points
     }
 
+    /// Returns all particles at the place of one.
+    pub(crate) fn together_with(&self, particle: u32) -> Vec<u32> {
+        self.point_of(particle).map_or(vec![particle], |point| self.points[point].clone())
+    }
+
     /// Returns the number of the point that a particle is at.
     pub(crate) fn point_of(&self, particle: u32) -> Option<usize> {
         let point = *self.point_of.get(particle as usize)?;
@@ -103,6 +109,26 @@ impl Seams {
                 }
             }
         }
+    }
+
+    /// Computes the positions of bodies that are not rounded, by their numbers, with the vertices rounded that share a
+    /// point with one of a body that is. Bodies in which that changes nothing are left out.
+    pub(crate) fn rounded(&self, scene: &Scene, tissues: &[Tissue]) -> Vec<(usize, Vec<DVec3>)> {
+        let mut rounded: BTreeMap<usize, Vec<DVec3>> = BTreeMap::new();
+        for point in &self.points {
+            let places = || point.iter().map(|particle| place(scene, *particle));
+            if !places().any(|(body, _)| tissues[body].is_written_single) {
+                continue;
+            }
+            for (body, vertex) in places().filter(|(body, _)| !tissues[*body].is_written_single) {
+                let x = scene.bodies()[body].positions();
+                let to = rounded_to_single(&x[vertex as usize..=vertex as usize])[0];
+                if to != x[vertex as usize] {
+                    rounded.entry(body).or_insert_with(|| x.to_vec())[vertex as usize] = to;
+                }
+            }
+        }
+        rounded.into_iter().collect()
     }
 
     /// Sets the inverse mass of each particle to that of all at its point.
@@ -214,7 +240,7 @@ impl Seams {
 
 impl TieBond {
     /// Returns the corner of the leader that is where the follower is, to the bit.
-    fn corner_at_follower(&self, scene: &Scene) -> Option<u32> {
+    pub(crate) fn corner_at_follower(&self, scene: &Scene) -> Option<u32> {
         let [follower, leader] = [self.follower, self.leader].map(|id| scene.body(id));
         if follower.is_rigid() || leader.is_rigid() {
             return None;
@@ -351,6 +377,45 @@ mod tests {
             let u = run.displacements()[point[0] as usize];
             assert!((u - 0.25 * DVec3::Z).length() < 1e-12, "{u}");
         }
+    }
+
+    #[test]
+    fn what_is_rounded_in_one_body_at_a_seam_is_in_the_other() {
+        let bone = shapes::cube(0.5).translated(9.0 * DVec3::Z);
+        let (mut scene, mut conditions) = two_cubes(bone);
+        conditions.unrounded = scene.find("right").into_iter().collect();
+        let precision = crate::WrittenPrecision::Single;
+        let params = ResolveParams { gap: 0.1, precision, ..ResolveParams::with_smoothing(6.0) };
+        let run = Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none());
+        let mut run = run.expect("a run");
+        let aside = |x: &DVec3| *x + DVec3::splat(0.1);
+        run.move_soft(|_, x| Some(x.iter().map(aside).collect())).expect("positions");
+        let before = run.scene.bodies()[1].positions().to_vec();
+        run.round_positions().expect("positions");
+        assert_one_place(&run);
+        let after = run.scene.bodies()[1].positions();
+        let stay = before.iter().zip(after).filter(|(before, after)| before == after).count();
+        assert_eq!(stay, 4, "all but the seam");
+    }
+
+    #[test]
+    fn a_seam_that_is_tied_to_bone_follows_it() {
+        // The bone is below the left cube, and tied to it at a distance.
+        let bone = shapes::cube(2.0).translated(DVec3::new(-1.0, 0.0, -2.1));
+        let (mut scene, mut conditions) = two_cubes(bone);
+        let [left, bone] = ["left", "bone"].map(|name| scene.find(name).expect("a body"));
+        conditions.ties.push(Tie { bodies: [left, bone], distance: 0.2 });
+        let params = ResolveParams::with_smoothing(6.0);
+        let run = Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none());
+        let mut run = run.expect("a run");
+        for tissue in &mut run.tissues[..2] {
+            tissue.u.fill(DVec3::X);
+        }
+        run.follow_ties();
+        let count_at_rest =
+            |tissue: &Tissue| tissue.u.iter().filter(|u| **u == DVec3::ZERO).count();
+        assert_eq!(count_at_rest(&run.tissues[0]), 4, "the lower side");
+        assert_eq!(count_at_rest(&run.tissues[1]), 2, "the lower end of the seam");
     }
 
     #[test]

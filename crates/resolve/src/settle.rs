@@ -86,7 +86,8 @@ impl Run<'_> {
     fn settle_body(&mut self, number: usize, target: f64) -> Result<(), ResolveError> {
         let rows = self.holding_rows(number, &[], target)?;
         let problem = self.settling_problem(number, rows)?;
-        self.step_freely(problem, &self.displacements(), &[])
+        self.step_freely(problem, &self.displacements(), &[])?;
+        Ok(())
     }
 
     /// Returns the number of the body with the longest displacement, and its length.

@@ -22,7 +22,7 @@ impl Run<'_> {
         !self.ties.is_follower.is_empty() && contact.stencil.terms().iter().any(is_tied)
     }
 
-    /// Moves tied vertices with their leaders in this round.
+    /// Moves tied vertices with their leaders in this round, each with all that are at its place.
     pub(crate) fn follow_ties(&mut self) {
         for bond in &self.ties.bonds {
             let leader = &self.tissues[bond.leader.index()];
@@ -30,7 +30,11 @@ impl Run<'_> {
             for (corner, weight) in bond.corners.into_iter().zip(bond.weights) {
                 u += weight * leader.u[corner as usize];
             }
-            self.tissues[bond.follower.index()].u[bond.vertex as usize] = u;
+            let follower = self.scene.body(bond.follower).particles().start + bond.vertex;
+            for particle in self.ties.seams.together_with(follower) {
+                let (body, vertex) = place(self.scene, particle);
+                self.tissues[body].u[vertex as usize] = u;
+            }
         }
     }
 

@@ -38,7 +38,7 @@ impl Ties {
         }
 
         let seams = Seams::new(scene, &bonds);
-        bonds.retain(|bond| seams.point_of(follower(bond)).is_none());
+        bonds.retain(|bond| bond.corner_at_follower(scene).is_none());
         seams.fix(scene, tissues);
         Ok(Self { pairs: conditions.tied_pairs(), bonds, seams, is_follower })
     }

@@ -23,7 +23,7 @@ impl Run<'_> {
         self.scene.fit_all()?;
         let crossing = self.overlapping_pairs();
         let mut moved = vec![false; self.tissues.len()];
-        for (number, has_moved) in moved.iter_mut().enumerate() {
+        for number in 0..self.tissues.len() {
             let id = self.tissues[number].id;
             if crossing.iter().any(|pair| pair.contains(id)) {
                 continue;
@@ -33,8 +33,10 @@ impl Run<'_> {
                 if rows.is_empty() {
                     break;
                 }
-                self.uncross_body(number, rows, &crossing)?;
-                *has_moved = true;
+                let moves = self.uncross_body(number, rows, &crossing)?;
+                for (moved, moves) in moved.iter_mut().zip(moves) {
+                    *moved |= moves;
+                }
             }
         }
         self.detect_moved(&moved)
@@ -54,13 +56,14 @@ impl Run<'_> {
         Ok(rows)
     }
 
-    /// Takes one step of a body in which these rows open, and all other bodies stay.
+    /// Takes one step of a body in which these rows open, and all other bodies stay but for vertices of its seams;
+    /// returns which bodies moved.
     fn uncross_body(
         &mut self,
         number: usize,
         rows: Vec<GapRow>,
         crossing: &[PairId],
-    ) -> Result<(), ResolveError> {
+    ) -> Result<Vec<bool>, ResolveError> {
         let target = clearance(&self.params) + self.gap_slack();
         let mut problem = ElasticProblem {
             rows: self.holding_rows(number, crossing, target)?,
@@ -82,8 +85,9 @@ impl Run<'_> {
 
         // From the state as it is: what other rounds have displaced stays so.
         let resting = vec![DVec3::ZERO; self.inverse_masses.len()];
-        self.step_freely(problem, &resting, crossing)?;
-        Ok(self.scene.fit_all()?)
+        let moved = self.step_freely(problem, &resting, crossing)?;
+        self.scene.fit_all()?;
+        Ok(moved)
     }
 }
 
@@ -123,13 +127,13 @@ impl Tissue {
 #[cfg(test)]
 mod tests {
     use fixtures::shapes;
-    use scene::CheckParams;
+    use scene::{BodyKind, CheckParams, PairReport, Scene};
     use surface::progress::Progress;
 
     use super::*;
     use crate::exempt::Exempt;
     use crate::test_scenes::bone_and_muscle;
-    use crate::{Conditions, ResolveParams};
+    use crate::{Conditions, ResolveParams, Tie};
 
     /// A thin body on a bone, whose upper side is pressed through its lower one.
     #[test]
@@ -182,6 +186,41 @@ mod tests {
         let last = run.rounds[1];
         assert_eq!((last.overlapping_pairs, last.self_crossings > 0), (0, true), "{last:?}");
         test(&mut run);
+    }
+
+    /// Two plates that are tied along a side. One of them was pressed through itself; the other one is above a bone.
+    #[test]
+    fn contacts_of_a_body_whose_seam_moves_are_detected() {
+        let mut scene = Scene::new();
+        for (name, x) in [("left", -4.0), ("right", 4.0)] {
+            let plate = shapes::plate(DVec3::new(8.0, 8.0, 1.0), [8, 8]).translated(DVec3::X * x);
+            scene.add(name, BodyKind::Deformable, plate.surface(), plate.positions).expect("body");
+        }
+        let bone = shapes::cube(2.0).translated(DVec3::new(1.1, 0.1, -1.7));
+        scene.add("bone", BodyKind::Rigid, bone.surface(), bone.positions).expect("a body");
+        let bodies = ["left", "right"].map(|name| scene.find(name).expect("a body"));
+        let ties = vec![Tie { bodies, distance: f64::MIN_POSITIVE }];
+        let conditions = Conditions { ties, ..Conditions::default() };
+        let params = ResolveParams::with_smoothing(6.0);
+        let run = Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none());
+        let mut run = run.expect("a run");
+        let pressed = |x: &DVec3| {
+            let is_pressed = x.z > 0.0 && x.distance(DVec3::new(-2.0, 0.0, x.z)) < 1.5;
+            if is_pressed { *x - 1.4 * DVec3::Z } else { *x }
+        };
+        let is_left = |tissue: &Tissue| tissue.id == bodies[0];
+        run.move_soft(|tissue, x| is_left(tissue).then(|| x.iter().map(pressed).collect()))
+            .expect("positions");
+
+        let right = run.scene.bodies()[1].positions().to_vec();
+        run.uncross_anew().expect("a state");
+        assert!(run.scene.bodies()[1].positions() != right, "the seam moves");
+        let reports = |run: &Run<'_>| -> Vec<PairReport> {
+            run.near.iter().map(|near| near.report.clone()).collect()
+        };
+        let known = reports(&run);
+        run.detect_moved(&[true; 3]).expect("reports");
+        assert_eq!(known, reports(&run));
     }
 
     #[test]
