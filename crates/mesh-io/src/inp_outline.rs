@@ -13,7 +13,7 @@ use crate::text::{Line, Lines, quoted};
 /// Abaqus input file in refusals.
 pub(crate) static INP: Format = Format {
     name: "INP",
-    remedy: "save it as one part with its nodes and elements, of a solid or a surface, in one file",
+    remedy: "save the nodes and elements of solids or surfaces in one file, each body as a part",
 };
 
 /// Parts and instances of a file, in its order.

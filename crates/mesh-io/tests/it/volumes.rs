@@ -190,7 +190,10 @@ fn defects_are_named_with_their_place() {
         (inp("21, 1., 0, 0", "11, 1., 0, 0"), "INP file: line 6: node 11 is defined again"),
         (inp("7, 51, 61, 71, 91", "7, 51, 61"), "an element of 4 nodes has 2"),
         (inp("  51, 61, 71, 81\n", ""), "INP file: line 16: element 3 ends early"),
-        (inp("C3D8R", "C3D27R"), "elements of type 'C3D27R' cannot be read; save it as one part"),
+        (
+            inp("C3D8R", "C3D27R"),
+            "elements of type 'C3D27R' cannot be read; save the nodes and elements of",
+        ),
         (inp("C3D8R", "C3D20R"), "INP file: line 16: an element of 20 nodes has 8"),
         (inp("*Nset", "*Include"), "the keyword 'INCLUDE' cannot be read"),
         (inp("*End Part", "*Part, name=BLOCK"), "line 24: a second part is named 'BLOCK'"),
