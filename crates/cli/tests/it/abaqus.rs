@@ -6,7 +6,7 @@ use fixtures::volume::Block;
 use glam::{DMat3, DVec3};
 use serde_json::Value;
 
-use crate::support::Workshop;
+use crate::support::{HEXAHEDRON_EDGES, Workshop};
 
 /// Placement of an instance, as a model has it.
 #[derive(Clone, Copy)]
@@ -249,22 +249,6 @@ fn a_placed_part_of_its_own_file_is_written_likewise() {
     assert!(distance >= 0.05, "{distance}");
 }
 
-/// Ends of the edges of a hexahedron, in the order of their nodes in the middle.
-const EDGES: [[usize; 2]; 12] = [
-    [0, 1],
-    [1, 2],
-    [2, 3],
-    [3, 0],
-    [4, 5],
-    [5, 6],
-    [6, 7],
-    [7, 4],
-    [0, 4],
-    [1, 5],
-    [2, 6],
-    [3, 7],
-];
-
 /// Nodes in the middle of edges are those of the instance, not of one before it.
 #[test]
 fn quadratic_elements_of_instances_stay_straight() {
@@ -273,7 +257,7 @@ fn quadratic_elements_of_instances_stay_straight() {
     let (mut nodes, mut cells) = (tissue.nodes.clone(), String::new());
     for (number, corners) in (1..).zip(&tissue.hexahedra) {
         let mut all = corners.map(|node| node as usize).to_vec();
-        for [a, b] in EDGES {
+        for [a, b] in HEXAHEDRON_EDGES {
             let middle = nodes[all[a]].midpoint(nodes[all[b]]);
             let known = nodes.iter().position(|x| *x == middle);
             all.push(known.unwrap_or(nodes.len()));

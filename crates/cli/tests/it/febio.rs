@@ -6,7 +6,7 @@ use fixtures::volume::Block;
 use glam::DVec3;
 use serde_json::Value;
 
-use crate::support::Workshop;
+use crate::support::{HEXAHEDRON_EDGES, Workshop};
 
 /// Model of parts over one list of nodes.
 #[derive(Default)]
@@ -17,22 +17,6 @@ struct Model {
     is_quadratic: bool,
 }
 
-/// Ends of the edges of a hexahedron, in the order of their nodes in the middle.
-const EDGES: [[usize; 2]; 12] = [
-    [0, 1],
-    [1, 2],
-    [2, 3],
-    [3, 0],
-    [4, 5],
-    [5, 6],
-    [6, 7],
-    [7, 4],
-    [0, 4],
-    [1, 5],
-    [2, 6],
-    [3, 7],
-];
-
 impl Model {
     /// Adds a part of hexahedra, over nodes of its own but for those that others have there.
     fn add(&mut self, name: &str, block: &Block) {
@@ -41,7 +25,7 @@ impl Model {
         writeln!(self.elements, "<Elements type=\"{kind}\" name=\"{name}\">").expect("text");
         for (number, nodes) in block.hexahedra.iter().enumerate() {
             let mut nodes = nodes.map(|node| places[node as usize]).to_vec();
-            let edges = if self.is_quadratic { &EDGES[..] } else { &[] };
+            let edges = if self.is_quadratic { &HEXAHEDRON_EDGES[..] } else { &[] };
             for &[a, b] in edges {
                 let middle = self.nodes[nodes[a]].midpoint(self.nodes[nodes[b]]);
                 nodes.push(self.place(middle));

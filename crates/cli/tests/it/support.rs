@@ -122,6 +122,22 @@ fn list(folder: &Path, prefix: &str, names: &mut Vec<String>) {
     }
 }
 
+/// Ends of the edges of a hexahedron, in the order of their nodes in the middle.
+pub(crate) const HEXAHEDRON_EDGES: [[usize; 2]; 12] = [
+    [0, 1],
+    [1, 2],
+    [2, 3],
+    [3, 0],
+    [4, 5],
+    [5, 6],
+    [6, 7],
+    [7, 4],
+    [0, 4],
+    [1, 5],
+    [2, 6],
+    [3, 7],
+];
+
 /// Returns a tetrahedron as an OBJ file: its right angle at (`x`, 0, 0), legs of `size`.
 pub(crate) fn tetrahedron(x: f64, size: f64) -> String {
     format!(
