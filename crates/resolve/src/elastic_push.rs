@@ -45,7 +45,7 @@ impl Run<'_> {
         self.start_round();
         let contacts = self.contacts()?;
         if self.rounds.len() == 1 {
-            let ways = contacts.iter().map(|contact| -contact.gap);
+            let ways = contacts.iter().flatten().map(|contact| -contact.gap);
             self.longest_way = ways.fold(0.0, f64::max);
         }
         let displacements = self.displacements();
@@ -64,12 +64,20 @@ impl Run<'_> {
 
     /// Returns the displacements of all particles since the start.
     pub(crate) fn displacements(&self) -> Vec<DVec3> {
-        let mut displacements = Vec::with_capacity(self.inverse_masses.len());
-        for (tissue, body) in self.tissues.iter().zip(self.scene.bodies()) {
-            for (x, rest) in body.positions().iter().zip(&tissue.rest) {
-                displacements.push(*x - *rest);
-            }
+        let mut displacements = vec![DVec3::ZERO; self.inverse_masses.len()];
+        let mut others = &mut displacements[..];
+        let mut parts = Vec::with_capacity(self.tissues.len());
+        for tissue in &self.tissues {
+            let (own, rest) = others.split_at_mut(tissue.rest.len());
+            others = rest;
+            parts.push(own);
         }
+        parallel::for_each(parts, |number, own| {
+            let x = self.scene.bodies()[number].positions();
+            for (u, (x, rest)) in own.iter_mut().zip(x.iter().zip(&self.tissues[number].rest)) {
+                *u = *x - *rest;
+            }
+        });
         displacements
     }
 
@@ -143,17 +151,17 @@ impl Run<'_> {
         (!terms.is_empty()).then(|| GapRow::new(terms, contact.normal, missing))
     }
 
-    /// Adds the row of each contact; returns the vertices of each body that rows are to move.
+    /// Adds the row of each contact of all lists; returns the vertices of each body that rows are to move.
     fn add_contacts(
         &self,
-        contacts: &[Contact],
+        contacts: &[Vec<Contact>],
         problem: &mut ElasticProblem,
     ) -> BTreeMap<BodyId, Vec<u32>> {
         let max_step = self.params.max_step();
         let mut seeds: BTreeMap<BodyId, Vec<u32>> = BTreeMap::new();
         let bodies = self.scene.bodies();
-        problem.rows.reserve(contacts.len());
-        for mut row in contacts.iter().filter_map(|contact| self.row(contact)) {
+        problem.rows.reserve(contacts.iter().map(Vec::len).sum());
+        for mut row in contacts.iter().flatten().filter_map(|contact| self.row(contact)) {
             // Deeper overlaps than a step are left to later rounds.
             row.missing = row.missing.min(max_step);
             if row.missing > 0.0 {
@@ -208,15 +216,16 @@ impl Run<'_> {
         if self.is_warm {
             max_step *= self.params.tuning.detection_margin;
         }
-        for (tissue, body) in self.tissues.iter_mut().zip(self.scene.bodies()) {
-            let first = body.particles().start as usize;
+        let bodies = self.scene.bodies();
+        parallel::map_mut(&mut self.tissues, |tissue| {
+            let first = bodies[tissue.id.index()].particles().start as usize;
             for (v, u) in tissue.u.iter_mut().enumerate() {
                 let (step, displacement) = (steps[first + v], displacements[first + v]);
                 let is_ignored = (displacement + step).length() < ignored;
                 let step = if is_ignored { -displacement } else { step };
                 *u = step.clamp_length_max(max_step);
             }
-        }
+        });
     }
 }
 

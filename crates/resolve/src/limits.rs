@@ -6,6 +6,7 @@ use surface::progress::Interrupted;
 
 use crate::ResolveError;
 use crate::resolution::{BrokenLimit, total_depth};
+use crate::resolver::soft_positions;
 use crate::run::{AcceptedState, DEPTH_BRACKET, Run, check, detection_margin};
 use crate::tissue::{Damage, Tissue, fitted_tree};
 
@@ -44,11 +45,7 @@ impl Run<'_> {
         if self.accepted_states.len() == MAX_ACCEPTED_STATES {
             self.accepted_states.pop_front();
         }
-        let mut positions = Vec::new();
-        for body in self.scene.bodies() {
-            let soft = if body.is_rigid() { Vec::new() } else { body.positions().to_vec() };
-            positions.push(soft);
-        }
+        let positions = soft_positions(self.scene);
         self.accepted_states.push_back(AcceptedState { round, positions });
     }
 

@@ -93,16 +93,19 @@ impl Run<'_> {
         let law = ContactLaw::new(Margins::new(clearance(&self.params), max_step)?, 0.0)?;
 
         // Deeper overlaps than a step are left to later rounds.
-        let contacts = self.contacts()?;
-        let mut contacts = self.ties.seams.contacts(contacts);
-        for contact in &mut contacts {
-            contact.gap = contact.gap.max(-max_step);
+        let mut contacts = self.contacts()?;
+        for list in &mut contacts {
+            *list = self.ties.seams.contacts(std::mem::take(list));
+            for contact in list {
+                contact.gap = contact.gap.max(-max_step);
+            }
         }
-        Ok(ContactIslands::new(&contacts, law, &self.inverse_masses)?)
+        let all: Vec<&Contact> = contacts.iter().flatten().collect();
+        Ok(ContactIslands::new(&all, law, &self.inverse_masses)?)
     }
 
-    /// Collects the contacts of all pairs, and updates their exit directions.
-    pub(crate) fn contacts(&mut self) -> Result<Vec<Contact>, Interrupted> {
+    /// Collects the contacts of each pair, then those of bodies with themselves, and updates exit directions.
+    pub(crate) fn contacts(&mut self) -> Result<Vec<Vec<Contact>>, Interrupted> {
         // Memories are taken out, to be changed while the tissues are shared.
         let mut pairs: Vec<(&NearPair, [ExitMemory; 2])> = Vec::new();
         for pair in self.near.iter() {
@@ -120,8 +123,8 @@ impl Run<'_> {
         }
 
         let contacts: Result<Vec<_>, Interrupted> = contacts.into_iter().collect();
-        let mut contacts = contacts?.concat();
-        contacts.extend(self.self_contacts()?);
+        let mut contacts = contacts?;
+        contacts.push(self.self_contacts()?);
         Ok(contacts)
     }
 

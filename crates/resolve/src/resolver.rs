@@ -1,7 +1,8 @@
 //! Overlap removal of one state, or of one state after another.
 
 use glam::DVec3;
-use scene::{PairReport, Scene};
+use scene::{Body, PairReport, Scene};
+use surface::parallel;
 use surface::progress::Progress;
 
 use crate::exempt::Exempt;
@@ -217,11 +218,8 @@ fn may_be_better(resolution: &Resolution) -> bool {
 
 /// Returns the positions of all soft bodies, with none for rigid ones.
 pub(crate) fn soft_positions(scene: &Scene) -> Vec<Vec<DVec3>> {
-    let mut positions = Vec::new();
-    for body in scene.bodies() {
-        positions.push(if body.is_rigid() { Vec::new() } else { body.positions().to_vec() });
-    }
-    positions
+    let soft = |body: &Body| if body.is_rigid() { Vec::new() } else { body.positions().to_vec() };
+    parallel::map_slice_with(scene.bodies(), || (), |(), body| soft(body))
 }
 
 /// Moves all soft bodies to the positions given for them.

@@ -370,9 +370,10 @@ impl<'a> Run<'a> {
     fn keep_as_best(&mut self, number: usize) {
         self.best = number;
         self.stalled_rounds = 0;
-        for (tissue, body) in self.tissues.iter_mut().zip(self.scene.bodies()) {
-            tissue.best.copy_from_slice(body.positions());
-        }
+        let bodies = self.scene.bodies();
+        parallel::map_mut(&mut self.tissues, |tissue| {
+            tissue.best.copy_from_slice(bodies[tissue.id.index()].positions());
+        });
     }
 
     /// Counts the faces that a pair shares, where it is to come apart: for a gap, or since surfaces of

@@ -6,6 +6,7 @@
 //! and what leaves a body where it is deepest has shorter ways beside its own.
 
 use glam::DVec3;
+use surface::parallel;
 use surface::progress::Interrupted;
 
 use crate::elastic::{ElasticProblem, GapRow, Terms};
@@ -92,9 +93,11 @@ impl Run<'_> {
 
     /// Returns the number of the body with the longest displacement, and its length.
     fn most_displaced(&self) -> (usize, f64) {
+        let displacements = parallel::map(self.tissues.len(), |number| {
+            self.tissues[number].max_displacement(self.scene.bodies()[number].positions())
+        });
         let mut most = (0, 0.0);
-        for (number, (tissue, body)) in self.tissues.iter().zip(self.scene.bodies()).enumerate() {
-            let displacement = tissue.max_displacement(body.positions());
+        for (number, displacement) in displacements.into_iter().enumerate() {
             if displacement > most.1 {
                 most = (number, displacement);
             }

@@ -5,7 +5,7 @@
 //! on its side of a plane of this direction, which the displacement of least elastic energy brings about.
 
 use glam::DVec3;
-use scene::{Body, PairId};
+use scene::{Body, BodyId, PairId};
 use surface::{Meeting, closest_between_triangles, triangles_meet};
 
 use crate::ResolveError;
@@ -22,10 +22,17 @@ impl Run<'_> {
     pub(crate) fn uncross_anew(&mut self) -> Result<(), ResolveError> {
         self.scene.fit_all()?;
         let crossing = self.overlapping_pairs();
+        let is_crossing = |id: BodyId| crossing.iter().any(|pair| pair.contains(id));
+        self.for_each_soft(|tissue, tree, progress| {
+            if !is_crossing(tissue.id) {
+                tissue.count_crossings_once(tree, progress)?;
+            }
+            Ok(())
+        })?;
+
         let mut moved = vec![false; self.tissues.len()];
         for number in 0..self.tissues.len() {
-            let id = self.tissues[number].id;
-            if crossing.iter().any(|pair| pair.contains(id)) {
+            if is_crossing(self.tissues[number].id) {
                 continue;
             }
             for _ in 0..MAX_STEPS {
@@ -46,7 +53,8 @@ impl Run<'_> {
     fn uncrossing_rows(&self, number: usize) -> Result<Vec<GapRow>, ResolveError> {
         let (tissue, body) = (&self.tissues[number], &self.scene.bodies()[number]);
         let mut rows = Vec::new();
-        if tissue.is_rigid || body.positions() == tissue.rest {
+        let has_none = tissue.counted_crossings == Some(0);
+        if tissue.is_rigid || has_none || body.positions() == tissue.rest {
             return Ok(rows);
         }
         let clearance = clearance(&self.params);

@@ -110,7 +110,8 @@ impl Scene {
     /// Returns the absolute value of the largest coordinate of all bodies.
     #[must_use]
     pub fn largest_coordinate(&self) -> f64 {
-        self.bodies.iter().map(Body::largest_coordinate).fold(0.0, f64::max)
+        let largest = |number: usize| self.bodies[number].largest_coordinate();
+        parallel::map(self.bodies.len(), largest).into_iter().fold(0.0, f64::max)
     }
 
     /// Returns one body.

@@ -180,21 +180,23 @@ fn relaxed_rows(
     numbers: &[u32],
     penalty: f64,
 ) -> Vec<RelaxedRow> {
-    let mut relaxed = Vec::with_capacity(rows.len());
-    for GapRow { terms, normal, missing } in rows {
-        let mut compliance = 0.0;
-        for &(particle, weight) in terms {
-            let stiffness = particles[numbers[particle as usize] as usize].diagonal;
-            if stiffness > 0.0 {
-                compliance += weight * weight / stiffness;
+    parallel::map_slice_with(
+        rows,
+        || (),
+        |(), GapRow { terms, normal, missing }| {
+            let mut compliance = 0.0;
+            for &(particle, weight) in terms {
+                let stiffness = particles[numbers[particle as usize] as usize].diagonal;
+                if stiffness > 0.0 {
+                    compliance += weight * weight / stiffness;
+                }
             }
-        }
-        let penalty = if compliance > 0.0 { penalty / compliance } else { 0.0 };
-        let (multiplier, opening) = (SharedNumber::default(), SharedNumber::default());
-        let (normal, missing) = (*normal, *missing);
-        relaxed.push(RelaxedRow { normal, missing, penalty, multiplier, opening });
-    }
-    relaxed
+            let penalty = if compliance > 0.0 { penalty / compliance } else { 0.0 };
+            let (multiplier, opening) = (SharedNumber::default(), SharedNumber::default());
+            let (normal, missing) = (*normal, *missing);
+            RelaxedRow { normal, missing, penalty, multiplier, opening }
+        },
+    )
 }
 
 /// Lists the areas of particles in bodies other than their own, and what each part gains of these. Areas are in the
