@@ -15,6 +15,7 @@ use proximity::{NearVertex, SurfaceTree};
 use surface::UnionFind;
 
 use crate::exit_sides::ExitMemory;
+use crate::seam_faces::SeamFaces;
 use crate::tissue::Tissue;
 
 /// Vertices per body whose directions are tried for a deep patch. Below, a patch may
@@ -30,6 +31,7 @@ pub(crate) struct PatchSide<'a> {
     pub(crate) tissue: &'a Tissue,
     pub(crate) tree: &'a SurfaceTree,
     pub(crate) near: &'a [NearVertex],
+    pub(crate) seam_faces: &'a SeamFaces,
 }
 
 /// Vertices of both bodies that leave together.
@@ -222,9 +224,12 @@ impl ExitPatch<'_> {
                 let from = sides[k].tree.position(near.vertex);
                 let way = match direction(k, near) {
                     Some(direction) => {
-                        let tissue = other.tissue;
-                        let exit =
-                            tissue.find_exit(other.tree, from, None, direction, reach, workspace);
+                        let closed = |face| {
+                            sides[k].seam_faces.closes(other.tissue.id, face, sides[k].tissue.id)
+                        };
+                        let exit = other
+                            .tissue
+                            .find_exit(other.tree, from, closed, direction, reach, workspace);
                         exit.map_or(reach, |exit| exit.length())
                     }
                     None => -near.gap,

@@ -73,6 +73,7 @@ mod resolution;
 mod resolver;
 mod round;
 mod run;
+mod seam_faces;
 mod seam_particles;
 mod seams;
 mod self_contacts;
@@ -81,6 +82,7 @@ mod shape;
 mod shared_number;
 mod spread;
 mod squeeze;
+mod struts;
 #[cfg(test)]
 mod test_scenes;
 mod tied_motion;

@@ -13,6 +13,7 @@ use crate::ResolveError;
 use crate::count::as_f64;
 use crate::edge_contacts::edge_contacts;
 use crate::exempt::Exempt;
+use crate::seam_faces::SeamFaces;
 use crate::tissue::fitted_tree;
 
 /// Pairs of bodies within the detection margin, of which one can move, in the order of the bodies.
@@ -23,6 +24,7 @@ pub(crate) struct NearPairs {
     can_move: Vec<bool>,
     /// Pairs that are left as they are.
     exempt: Vec<PairId>,
+    pub(crate) seam_faces: SeamFaces,
 }
 
 /// Pair of bodies within the detection margin.
@@ -40,6 +42,7 @@ impl NearPair {
         scene: &Scene,
         pair: PairId,
         margin: f64,
+        seam_faces: &SeamFaces,
         found: &mut PairProximity,
         progress: Progress<'_>,
     ) -> Result<Option<Self>, Interrupted> {
@@ -48,7 +51,8 @@ impl NearPair {
         if !found.has_contact() {
             return Ok(None);
         }
-        let report = PairReport::new(pair, found);
+        let mut report = PairReport::new(pair, found);
+        seam_faces.open(scene, &mut report, margin);
         Ok(Some(Self { edges: edge_contacts(scene, &report), report }))
     }
 
@@ -119,7 +123,8 @@ impl NearPairs {
     pub(crate) fn new(scene: &Scene, exempt: &Exempt) -> Self {
         let can_move = |id: BodyId| !scene.body(id).is_rigid() && !exempt.bodies.contains(&id);
         let can_move = scene.ids().map(can_move).collect();
-        Self { pairs: Vec::new(), can_move, exempt: exempt.pairs.clone() }
+        let (exempt, seam_faces) = (exempt.pairs.clone(), SeamFaces::default());
+        Self { pairs: Vec::new(), can_move, exempt, seam_faces }
     }
 
     /// Takes over the reports of all pairs at a margin. Pairs of which they do not tell whether anything
@@ -142,7 +147,8 @@ impl NearPairs {
             let PairReport { a_against_b, b_against_a, crossing_faces, .. } = report;
             let is_near = !(a_against_b.near.is_empty() && b_against_a.near.is_empty());
             if crossing_faces.is_empty() && (report.overlaps || !is_near) {
-                return NearPair::detect(scene, report.pair, margin, found, progress);
+                let (pair, seam_faces) = (report.pair, &self.seam_faces);
+                return NearPair::detect(scene, pair, margin, seam_faces, found, progress);
             }
             let report = PairReport { distance: None, overlap: None, ..report.clone() };
             Ok(Some(NearPair { edges: edge_contacts(scene, &report), report }))
@@ -151,6 +157,17 @@ impl NearPairs {
         self.pairs = near?.into_iter().flatten().collect();
         self.pairs.sort_unstable_by_key(|pair| pair.report.pair);
         Ok(())
+    }
+
+    /// Takes contacts of all pairs off faces at seams, and so from now on.
+    pub(crate) fn open_seams(&mut self, scene: &Scene, seam_faces: SeamFaces, margin: f64) {
+        self.seam_faces = seam_faces;
+        if !self.seam_faces.is_empty() {
+            for NearPair { report, edges } in &mut self.pairs {
+                self.seam_faces.open(scene, report, margin);
+                *edges = edge_contacts(scene, report);
+            }
+        }
     }
 
     /// Returns true if a body of a pair can move, and the pair is not exempt.
@@ -209,10 +226,10 @@ impl NearPairs {
         stale.retain(|&pair| has_moved(pair) && self.is_wanted(pair));
 
         // In the order of the bodies, whatever thread was first.
-        let scene = &*scene;
+        let (scene, seam_faces) = (&*scene, &self.seam_faces);
         let detect = |found: &mut PairProximity, pair: &PairId| {
             progress.report(0.0)?;
-            NearPair::detect(scene, *pair, margin, found, progress)
+            NearPair::detect(scene, *pair, margin, seam_faces, found, progress)
         };
         let cost = |pair: &PairId| detection_cost(scene, *pair);
         let detected = parallel::map_costly_first(&stale, cost, PairProximity::default, detect);

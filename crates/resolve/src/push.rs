@@ -71,10 +71,12 @@ impl Run<'_> {
 
     /// Resets displacements, and updates normals and nearness of all vertices.
     pub(crate) fn start_round(&mut self) {
-        let bodies = self.scene.bodies();
+        let (bodies, seam_faces) = (self.scene.bodies(), &self.near.seam_faces);
         parallel::map_mut_costly_first(&mut self.tissues, Tissue::cost, |tissue| {
             let x = bodies[tissue.id.index()].positions();
-            tissue.normals = tissue.outward_normals(x);
+            let mut normals = tissue.outward_normals(x);
+            seam_faces.turn_normals(tissue, x, &mut normals);
+            tissue.normals = normals;
             tissue.u.fill(DVec3::ZERO);
             tissue.is_near.fill(false);
         });
@@ -153,6 +155,7 @@ impl Run<'_> {
                 tissue: &self.tissues[id.index()],
                 tree: fitted_tree(self.scene.body(id)),
                 near: &side.near,
+                seam_faces: &self.near.seam_faces,
             });
         direct_patches(sides, &report.crossing_faces, memories);
 

@@ -124,6 +124,20 @@ fn bone_across_a_seam_is_taken_off_both_sides() {
     }
 }
 
+/// A post is narrower than the elements, and deeper than it is wide: its nearest ways out of each box lead into others.
+#[test]
+fn bone_leaves_by_no_face_that_has_a_body_behind_it() {
+    let boxes = [-8, 0].map(|x| [[[x, -6, -4], [x + 8, 6, -2]], [[x, -6, -2], [x + 8, 6, 0]]]);
+    for depth in [0.4, 0.9, 1.4, 1.8] {
+        for (turn, x) in [(0.0, 0.0), (0.05, 0.13), (0.1, -0.07)] {
+            let post = shapes::plate(DVec3::new(0.9, 0.9, 3.0), [2, 2]).rotated(DVec3::Z, turn);
+            let post = post.translated(DVec3::new(x, 0.2, 1.5 - depth));
+            let place = format!("{depth} deep, turned by {turn}");
+            Tied::new(boxes.as_flattened(), post).assert_apart(&place);
+        }
+    }
+}
+
 #[test]
 fn bone_where_three_bodies_meet_is_taken_off_all() {
     let boxes = [[[-8, -6, -4], [0, 6, 0]], [[0, -6, -4], [8, 0, 0]], [[0, 0, -4], [8, 6, 0]]];
