@@ -219,22 +219,21 @@ impl ExitPatch<'_> {
         let reach = sides[0].tissue.params.max_displacement * self.max_depth;
         let mut mean = 0.0;
         for (k, other) in [(0, sides[1]), (1, sides[0])] {
+            let PatchSide { tissue, seam_faces, .. } = sides[k];
+            let closed = |face| seam_faces.closes(other.tissue.id, face, tissue.id);
             let (mut sum, mut area) = (0.0, 0.0);
             for near in sample(&self.vertices[k], PATCH_SAMPLES) {
                 let from = sides[k].tree.position(near.vertex);
                 let way = match direction(k, near) {
                     Some(direction) => {
-                        let closed = |face| {
-                            sides[k].seam_faces.closes(other.tissue.id, face, sides[k].tissue.id)
-                        };
-                        let exit = other
-                            .tissue
-                            .find_exit(other.tree, from, closed, direction, reach, workspace);
+                        let tissue = other.tissue;
+                        let exit =
+                            tissue.find_exit(other.tree, from, closed, direction, reach, workspace);
                         exit.map_or(reach, |exit| exit.length())
                     }
                     None => -near.gap,
                 };
-                let weight = sides[k].tissue.area(near.vertex);
+                let weight = tissue.area(near.vertex);
                 sum += weight * way * way;
                 area += weight;
             }
@@ -252,4 +251,55 @@ fn sample<'v, 'a>(
     count: usize,
 ) -> impl Iterator<Item = &'v &'a NearVertex> {
     vertices.iter().step_by(vertices.len().div_ceil(count).max(1))
+}
+
+#[cfg(test)]
+mod tests {
+    use fixtures::shapes;
+    use scene::{BodyKind, PairId, Scene};
+    use surface::progress::Progress;
+
+    use super::*;
+    use crate::exempt::Exempt;
+    use crate::run::Run;
+    use crate::tissue::fitted_tree;
+    use crate::{Conditions, ResolveParams, Tie};
+
+    /// A post is .9 deep in a soft cube, and .3 at most from a face behind which another one is tied.
+    #[test]
+    fn no_way_out_leads_through_a_face_at_a_seam() {
+        let mut scene = Scene::new();
+        let mut ids = Vec::new();
+        let post = shapes::plate(DVec3::new(0.2, 0.2, 2.0), [1, 1]);
+        for (name, kind, mesh, place) in [
+            ("left", BodyKind::Deformable, shapes::cube(2.0), DVec3::new(-1.0, 0.0, 0.0)),
+            ("right", BodyKind::Deformable, shapes::cube(2.0), DVec3::new(1.0, 0.0, 0.0)),
+            ("post", BodyKind::Rigid, post, DVec3::new(-0.2, 0.0, 1.1)),
+        ] {
+            let mesh = mesh.translated(place);
+            ids.push(scene.add(name, kind, mesh.surface(), mesh.positions).expect("a body"));
+        }
+        for (is_tied, bounds) in [(false, 0.01..0.1), (true, 1.0..f64::INFINITY)] {
+            let ties = vec![Tie { bodies: [ids[0], ids[1]], distance: f64::MIN_POSITIVE }];
+            let ties = if is_tied { ties } else { Vec::new() };
+            let conditions = Conditions { ties, ..Conditions::default() };
+            let params = ResolveParams::with_smoothing(6.0);
+            let run =
+                Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none());
+            let mut run = run.expect("a run");
+            run.start_round();
+            let pair = PairId::new(ids[0], ids[2]);
+            let near = run.near.iter().find(|near| near.report.pair == pair).expect("a pair");
+            let sides = near.sides().map(|(own, report)| PatchSide {
+                tissue: &run.tissues[own.index()],
+                tree: fitted_tree(run.scene.body(own)),
+                near: &report.near,
+                seam_faces: &run.near.seam_faces,
+            });
+            let patches = patches(sides, &[]);
+            let patch = patches.iter().find(|patch| patch.vertices[1].len() == 4);
+            let way = patch.expect("the lower end of the post").way_out(sides, -DVec3::X);
+            assert!(bounds.contains(&way), "{is_tied}: {way}");
+        }
+    }
 }

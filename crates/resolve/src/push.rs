@@ -71,12 +71,10 @@ impl Run<'_> {
 
     /// Resets displacements, and updates normals and nearness of all vertices.
     pub(crate) fn start_round(&mut self) {
-        let (bodies, seam_faces) = (self.scene.bodies(), &self.near.seam_faces);
+        let bodies = self.scene.bodies();
         parallel::map_mut_costly_first(&mut self.tissues, Tissue::cost, |tissue| {
             let x = bodies[tissue.id.index()].positions();
-            let mut normals = tissue.outward_normals(x);
-            seam_faces.turn_normals(tissue, x, &mut normals);
-            tissue.normals = normals;
+            tissue.normals = tissue.outward_normals(x);
             tissue.u.fill(DVec3::ZERO);
             tissue.is_near.fill(false);
         });

@@ -18,7 +18,6 @@ use crate::resolution::{
     BodyChange, Obstacle, Remaining, Resolution, deepest, max_bracket, overlaps_in,
 };
 use crate::round::Round;
-use crate::seam_faces::SeamFaces;
 use crate::seams::Seams;
 use crate::ties::Ties;
 use crate::tissue::{Tissue, fitted_tree};
@@ -138,7 +137,7 @@ impl<'a> Run<'a> {
             inverse_masses.extend(tissue.inverse_masses());
         }
         ties.seams.add_masses(&mut inverse_masses);
-        near.open_seams(scene, SeamFaces::new(scene, &ties.seams), margin);
+        near.open_seams(scene, ties.seams.faces(scene), margin);
 
         let mut run = Self {
             scene,
@@ -372,11 +371,8 @@ impl<'a> Run<'a> {
     fn keep_as_best(&mut self, number: usize) {
         self.best = number;
         self.stalled_rounds = 0;
-        let scene = &*self.scene;
-        let keep = |tissue: &mut Tissue| {
-            tissue.best.copy_from_slice(scene.body(tissue.id).positions());
-        };
-        parallel::map_mut(&mut self.tissues, keep);
+        let x = |id: BodyId| self.scene.body(id).positions();
+        parallel::map_mut(&mut self.tissues, |tissue| tissue.best.copy_from_slice(x(tissue.id)));
     }
 
     /// Counts the faces that a pair shares, where it is to come apart: for a gap, or since surfaces of

@@ -1,47 +1,19 @@
 //! Faces at seams, by which nothing leaves a body: behind them is the one it is tied to.
 
-use glam::DVec3;
 use kdop::Workspace;
 use proximity::{ClosestPoint, NearVertex};
 use scene::{BodyId, PairReport, Scene};
-use surface::triangle;
 
-use crate::seams::{Seams, place};
-use crate::tissue::{Tissue, corners_at, fitted_tree};
-
-/// Cosine of the angle between two faces at a seam, to one side of it and the other, above which they do not face
-/// each other.
-const MAX_FACING: f64 = -0.9;
+use crate::tissue::fitted_tree;
 
 /// Faces of which another body has the same corners, on the other side.
 #[derive(Debug, Default)]
 pub(crate) struct SeamFaces {
     /// The other body of each face, by bodies; empty for bodies without any.
-    behind: Vec<Vec<Option<BodyId>>>,
+    pub(crate) behind: Vec<Vec<Option<BodyId>>>,
 }
 
 impl SeamFaces {
-    /// Finds the faces at seams, as the scene is. The trees of all bodies are up to date.
-    pub(crate) fn new(scene: &Scene, seams: &Seams) -> Self {
-        let mut behind = vec![Vec::new(); scene.bodies().len()];
-        if seams.is_empty() {
-            return Self::default();
-        }
-        for (id, own) in scene.ids().zip(&mut behind) {
-            let body = scene.body(id);
-            let first = body.particles().start;
-            for (number, face) in (0..).zip(body.surface().faces()) {
-                let points = face.map(|corner| seams.point_of(first + corner));
-                let [Some(p), Some(q), Some(r)] = points else { continue };
-                if let Some(other) = body_behind(scene, seams, id, number, [p, q, r]) {
-                    own.resize(body.surface().faces().len(), None);
-                    own[number as usize] = Some(other);
-                }
-            }
-        }
-        Self { behind }
-    }
-
     /// Returns true if there is none.
     pub(crate) fn is_empty(&self) -> bool {
         self.behind.is_empty()
@@ -52,33 +24,6 @@ impl SeamFaces {
         let own = self.behind.get(body.index());
         let behind = own.and_then(|own| own.get(face as usize)).copied().flatten();
         behind.is_some_and(|behind| behind != entered)
-    }
-
-    /// Returns true if all faces at a vertex of a body have bodies behind them other than the second.
-    fn is_inner(&self, scene: &Scene, [own, other]: [BodyId; 2], vertex: u32) -> bool {
-        if self.behind[own.index()].is_empty() {
-            return false;
-        }
-        let mut faces = scene.body(own).surface().vertex_faces(vertex).iter();
-        faces.all(|face| self.closes(own, *face, other))
-    }
-
-    /// Turns the outward normals of vertices at `x` that are of faces at seams to those of their other faces.
-    pub(crate) fn turn_normals(&self, tissue: &Tissue, x: &[DVec3], normals: &mut [DVec3]) {
-        let Some(behind) = self.behind.get(tissue.id.index()) else { return };
-        for (face, _) in (0..).zip(behind).filter(|(_, behind)| behind.is_some()) {
-            for vertex in tissue.corners(face) {
-                let mut sum = DVec3::ZERO;
-                for &face in tissue.surface.vertex_faces(vertex) {
-                    if behind[face as usize].is_none() {
-                        sum += triangle::normal(corners_at(tissue.corners(face), x));
-                    }
-                }
-                if let Some(normal) = sum.try_normalize() {
-                    normals[vertex as usize] = tissue.orientation() * normal;
-                }
-            }
-        }
     }
 
     /// Takes the vertices of both bodies of a pair to the nearest faces by which they can leave the other one, and
@@ -92,9 +37,6 @@ impl SeamFaces {
         for (pair, side) in [([a, b], &mut report.a_against_b), ([b, a], &mut report.b_against_a)] {
             let mut open = Vec::with_capacity(side.near.len());
             for near in std::mem::take(&mut side.near) {
-                if self.is_inner(scene, pair, near.vertex) {
-                    continue;
-                }
                 if self.closes(pair[1], near.face, pair[0]) {
                     open.extend(self.opened(scene, pair, &near, margin, workspace));
                 } else {
@@ -147,35 +89,135 @@ impl SeamFaces {
     }
 }
 
-/// Returns the body that has a face against a face of another, by the points of the seam at its corners.
-fn body_behind(
-    scene: &Scene,
-    seams: &Seams,
-    body: BodyId,
-    face: u32,
-    points: [usize; 3],
-) -> Option<BodyId> {
-    let vertices = |point: usize| seams.points()[point].iter().map(|p| place(scene, *p));
-    let normal = triangle::unit_normal(scene.body(body).corners(face));
-    let is_inside_out = scene.body(body).is_inside_out();
-    for (number, vertex) in vertices(points[0]) {
-        let other = &scene.bodies()[number];
-        let has = |point: usize| vertices(point).any(|(body, _)| body == number);
-        if number == body.index() || !has(points[1]) || !has(points[2]) {
-            continue;
-        }
+#[cfg(test)]
+mod tests {
+    use fixtures::{Mesh, shapes};
+    use glam::DVec3;
+    use proximity::PairProximity;
+    use scene::{BodyKind, PairId};
+    use surface::progress::Progress;
 
-        // Diagonals of quadrilaterals may differ: any face against this one, with all corners at the seam.
-        let first = other.particles().start;
-        for &face in other.surface().vertex_faces(vertex) {
-            let corners = other.surface().faces()[face as usize];
-            let is_at_seam = corners.iter().all(|v| seams.point_of(first + v).is_some());
-            let facing = normal.dot(triangle::unit_normal(other.corners(face)));
-            let facing = if is_inside_out == other.is_inside_out() { facing } else { -facing };
-            if is_at_seam && facing < MAX_FACING {
-                return scene.ids().nth(number);
+    use super::*;
+    use crate::exempt::Exempt;
+    use crate::near_pairs::NearPairs;
+    use crate::ties::Ties;
+    use crate::tissue::Tissue;
+    use crate::{Conditions, ResolveParams, Tie};
+
+    const MARGIN: f64 = 0.5;
+
+    /// Builds soft cubes of 2 side by side, of which the second is `right`, and a post .9 deep in the first.
+    fn two_cubes_and_post(right: Mesh) -> (Scene, [BodyId; 3]) {
+        let left = shapes::cube(2.0).translated(-DVec3::X);
+        let post = shapes::plate(DVec3::new(0.2, 0.2, 2.0), [1, 1]);
+        let post = post.translated(DVec3::new(-0.2, 0.0, 1.1));
+        let mut scene = Scene::new();
+        let mut ids = Vec::new();
+        for (name, kind, mesh) in [
+            ("left", BodyKind::Deformable, left),
+            ("right", BodyKind::Deformable, right.translated(DVec3::X)),
+            ("post", BodyKind::Rigid, post),
+        ] {
+            ids.push(scene.add(name, kind, mesh.surface(), mesh.positions).expect("a body"));
+        }
+        scene.fit_all().expect("trees");
+        (scene, ids.try_into().expect("three bodies"))
+    }
+
+    fn seam_faces(scene: &Scene, [left, right, _]: [BodyId; 3]) -> SeamFaces {
+        let ties = vec![Tie { bodies: [left, right], distance: f64::MIN_POSITIVE }];
+        let conditions = Conditions { ties, ..Conditions::default() };
+        let params = ResolveParams::with_smoothing(6.0);
+        let tissues = Tissue::of_bodies(scene, &params, Progress::none());
+        let near = NearPairs::new(scene, &Exempt::NONE);
+        let ties = Ties::new(&conditions, scene, &mut tissues.expect("tissues"), &near);
+        ties.expect("ties").seams.faces(scene)
+    }
+
+    /// Lists the faces of a body that a bone cannot leave it by.
+    fn closed(faces: &SeamFaces, scene: &Scene, body: BodyId, bone: BodyId) -> Vec<u32> {
+        let count = u32::try_from(scene.body(body).surface().faces().len()).expect("few faces");
+        (0..count).filter(|face| faces.closes(body, *face, bone)).collect()
+    }
+
+    #[test]
+    fn both_halves_of_a_quadrilateral_are_at_the_seam_whatever_its_diagonals() {
+        let cube = shapes::cube(2.0);
+        let other_diagonals = Mesh {
+            positions: cube.positions.iter().map(|x| DVec3::new(x.x, -x.y, x.z)).collect(),
+            faces: cube.faces.iter().map(|[a, b, c]| [*a, *c, *b]).collect(),
+        };
+        let inside_out = Mesh {
+            positions: cube.positions.clone(),
+            faces: cube.faces.iter().map(|[a, b, c]| [*a, *c, *b]).collect(),
+        };
+        for right in [cube, other_diagonals, inside_out] {
+            let (scene, ids) = two_cubes_and_post(right);
+            let faces = seam_faces(&scene, ids);
+            for (body, other) in [(ids[0], ids[1]), (ids[1], ids[0])] {
+                let found = closed(&faces, &scene, body, ids[2]);
+                assert_eq!(found.len(), 2, "{found:?}");
+                for face in found {
+                    let corners = scene.body(body).corners(face);
+                    assert!(corners.iter().all(|corner| corner.x == 0.0), "{corners:?}");
+                    assert!(
+                        !faces.closes(body, face, other),
+                        "the tied body itself is not kept in"
+                    );
+                }
             }
         }
     }
-    None
+
+    #[test]
+    fn a_vertex_goes_to_the_nearest_face_that_it_can_leave_by() {
+        let (scene, ids) = two_cubes_and_post(shapes::cube(2.0));
+        let faces = seam_faces(&scene, ids);
+        let [left, right, post] = ids;
+        let report = |body: BodyId| {
+            let mut found = PairProximity::default();
+            let [a, b] = [body, post].map(|id| fitted_tree(scene.body(id)));
+            found.try_compute(a, b, MARGIN, Progress::none()).expect("no interruption");
+            PairReport::new(PairId::new(body, post), &found)
+        };
+
+        // The seam is .1 to .3 away, the upper side .9.
+        let mut in_left = report(left);
+        assert!(in_left.max_vertex_depth < 0.31, "{}", in_left.max_vertex_depth);
+        faces.open(&scene, &mut in_left, MARGIN);
+        let deep: Vec<_> = in_left.b_against_a.near.iter().filter(|near| near.gap < 0.0).collect();
+        assert_eq!(deep.len(), 4);
+        for near in deep {
+            let is_up = near.normal.distance(DVec3::Z) < 1e-12;
+            assert!((near.gap + 0.9).abs() < 1e-12 && is_up, "{near:?}");
+        }
+        assert!((in_left.max_vertex_depth - 0.9).abs() < 1e-12);
+
+        // In the body behind the seam there is nothing of it, and only the upper side is near.
+        let mut near_right = report(right);
+        let vertices = |report: &PairReport| report.b_against_a.near.len();
+        assert!(vertices(&near_right) > 0);
+        faces.open(&scene, &mut near_right, MARGIN);
+        let is_upper = |near: &NearVertex| near.foot.z >= 1.0;
+        assert!(near_right.b_against_a.near.iter().all(is_upper), "{near_right:?}");
+    }
+
+    #[test]
+    fn what_crosses_a_seam_alone_is_left_out() {
+        let (mut scene, ids) = two_cubes_and_post(shapes::cube(2.0));
+        let [left, _, post] = ids;
+        let across = |x: &DVec3| DVec3::new(x.z - 1.1, x.y, x.x + 0.2);
+        let x: Vec<DVec3> = scene.body(post).positions().iter().map(across).collect();
+        scene.move_body(post, &x).expect("positions");
+        scene.fit_all().expect("trees");
+        let faces = seam_faces(&scene, ids);
+        let mut found = PairProximity::default();
+        let [a, b] = [left, post].map(|id| fitted_tree(scene.body(id)));
+        found.try_compute(a, b, MARGIN, Progress::none()).expect("no interruption");
+        let mut report = PairReport::new(PairId::new(left, post), &found);
+        let closed = closed(&faces, &scene, left, post);
+        assert!(report.crossing_faces.iter().any(|[face, _]| closed.contains(face)));
+        faces.open(&scene, &mut report, MARGIN);
+        assert!(report.crossing_faces.iter().all(|[face, _]| !closed.contains(face)));
+    }
 }

@@ -6,16 +6,21 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 use scene::{BodyId, Scene};
-use surface::{Contact, Stencil, Term, UnionFind};
+use surface::{Contact, Stencil, Term, UnionFind, triangle};
 
 use crate::conditions::TieBond;
 use crate::count::as_f64;
 use crate::damage::rounded_to_single;
 use crate::elastic::{MAX_TERMS, Terms};
+use crate::seam_faces::SeamFaces;
 use crate::tissue::Tissue;
 
 /// Rounding of a weight that is the difference of two others \[their sum\].
 const WEIGHT_ROUNDING: f64 = 8.0 * f64::EPSILON;
+
+/// Cosine of the angle between two faces at a seam, to one side of it and the other, above which they do not face
+/// each other.
+const MAX_FACING: f64 = -0.9;
 
 /// Marks particles of no seam.
 const NO_POINT: u32 = u32::MAX;
@@ -96,6 +101,60 @@ impl Seams {
     pub(crate) fn point_of(&self, particle: u32) -> Option<usize> {
         let point = *self.point_of.get(particle as usize)?;
         (point != NO_POINT).then_some(point as usize)
+    }
+
+    /// Finds the faces at seams, as the scene is. The trees of all bodies are up to date.
+    pub(crate) fn faces(&self, scene: &Scene) -> SeamFaces {
+        if self.is_empty() {
+            return SeamFaces::default();
+        }
+        let mut behind = vec![Vec::new(); scene.bodies().len()];
+        for (id, own) in scene.ids().zip(&mut behind) {
+            let body = scene.body(id);
+            let first = body.particles().start;
+            for (number, face) in (0..).zip(body.surface().faces()) {
+                let points = face.map(|corner| self.point_of(first + corner));
+                let [Some(p), Some(q), Some(r)] = points else { continue };
+                if let Some(other) = self.body_behind(scene, id, number, [p, q, r]) {
+                    own.resize(body.surface().faces().len(), None);
+                    own[number as usize] = Some(other);
+                }
+            }
+        }
+        SeamFaces { behind }
+    }
+
+    /// Returns the body that has a face against a face of another, by the points of the seam at its corners.
+    fn body_behind(
+        &self,
+        scene: &Scene,
+        body: BodyId,
+        face: u32,
+        points: [usize; 3],
+    ) -> Option<BodyId> {
+        let vertices = |point: usize| self.points()[point].iter().map(|p| place(scene, *p));
+        let normal = triangle::unit_normal(scene.body(body).corners(face));
+        let is_inside_out = scene.body(body).is_inside_out();
+        for (number, vertex) in vertices(points[0]) {
+            let other = &scene.bodies()[number];
+            let has = |point: usize| vertices(point).any(|(body, _)| body == number);
+            if number == body.index() || !has(points[1]) || !has(points[2]) {
+                continue;
+            }
+
+            // Diagonals of quadrilaterals may differ: any face against this one, with all corners at the seam.
+            let first = other.particles().start;
+            for &face in other.surface().vertex_faces(vertex) {
+                let corners = other.surface().faces()[face as usize];
+                let is_at_seam = corners.iter().all(|v| self.point_of(first + v).is_some());
+                let facing = normal.dot(triangle::unit_normal(other.corners(face)));
+                let facing = if is_inside_out == other.is_inside_out() { facing } else { -facing };
+                if is_at_seam && facing < MAX_FACING {
+                    return scene.ids().nth(number);
+                }
+            }
+        }
+        None
     }
 
     /// Fixes all vertices at a point of which one is fixed.

@@ -5,19 +5,11 @@ use kdop::{Dop18, Workspace};
 use proximity::SurfaceTree;
 use surface::triangle;
 
-use crate::tissue::Tissue;
+use crate::tissue::{Strut, Tissue};
 
 /// Share of the way to the middle of its face that a point on an edge is moved, to be within the face. Far below, rays
 /// from there run along other faces by rounding; above, they begin elsewhere.
 const OFF_EDGES: f64 = 1e-3;
-
-/// Elastic link from a vertex through the body, to a point of the opposite side.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Strut {
-    pub(crate) corners: [u32; 3],
-    pub(crate) weights: [f64; 3],
-    pub(crate) stiffness: f64,
-}
 
 impl Strut {
     /// Returns the length at rest.

@@ -13,7 +13,6 @@ use surface::{TriangleSurface, mean_edge, parallel, triangle, vertex_areas, vert
 
 use crate::ResolveParams;
 use crate::count::as_f64;
-use crate::struts::Strut;
 
 /// One body at rest, with the links between its vertices and its displacement in a round.
 #[derive(Debug)]
@@ -98,6 +97,14 @@ fn face_normals(faces: &[[u32; 3]], x: &[DVec3]) -> Vec<DVec3> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Link {
     pub(crate) neighbor: u32,
+    pub(crate) stiffness: f64,
+}
+
+/// Elastic link from a vertex through the body, to a point of the opposite side.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Strut {
+    pub(crate) corners: [u32; 3],
+    pub(crate) weights: [f64; 3],
     pub(crate) stiffness: f64,
 }
 
