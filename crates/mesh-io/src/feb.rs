@@ -214,7 +214,9 @@ impl<'a> Model<'a> {
         let at = FilePlace::Byte(bytes.start as u64);
         let fields = placed_fields(&self.file[bytes.clone()], bytes.start, b',');
         match item {
-            Item::Node { number } => self.content.nodes.push(&FEB, &at, number, fields),
+            Item::Node { number } => {
+                self.content.nodes.push(&FEB, &at, number, fields, crate::text::number)
+            }
             Item::Element { number: element, element_type, part } => {
                 self.numbers.clear();
                 for field in fields {

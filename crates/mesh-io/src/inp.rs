@@ -12,7 +12,7 @@
 
 use std::collections::HashMap;
 
-use crate::inp_keyword::{InpLine, Keyword};
+use crate::inp_keyword::{InpLine, Keyword, real};
 use crate::inp_outline::INP;
 use crate::parts::Part;
 use crate::solid::Solid;
@@ -206,7 +206,7 @@ impl InpReader {
         let Some(node) = fields.next().and_then(|field| number(field.text)) else {
             return Err(INP.on_line(line.number, "a node begins with its number"));
         };
-        self.content.nodes.push(&INP, &FilePlace::Line(line.number), node, fields)
+        self.content.nodes.push(&INP, &FilePlace::Line(line.number), node, fields, real)
     }
 
     /// Reads a line of an element of some nodes, which may continue the line above.

@@ -6,7 +6,7 @@
 //!
 //! Source: "Abaqus Analysis User's Guide", "Input syntax rules".
 
-use crate::text::{Line, Lines};
+use crate::text::{Line, Lines, number};
 
 /// Minimum length of an abbreviated keyword: below, some are those of several keywords that are read here.
 const MIN_ABBREVIATION: usize = 4;
@@ -128,6 +128,17 @@ fn unquoted(value: &str) -> String {
 
 fn without_blanks(text: &str) -> String {
     text.chars().filter(|character| !character.is_whitespace()).collect()
+}
+
+/// Returns the number in a field of a data line: exponents may be Fortran's, and a blank field is 0.
+pub(crate) fn real(field: &[u8]) -> Option<f64> {
+    if field.is_empty() {
+        return Some(0.0);
+    }
+    match field.iter().position(|byte| byte.eq_ignore_ascii_case(&b'D')) {
+        Some(exponent) => number(&[&field[..exponent], b"e", &field[exponent + 1..]].concat()),
+        None => number(field),
+    }
 }
 
 #[cfg(test)]

@@ -8,7 +8,8 @@ use glam::{DMat3, DVec3};
 use crate::ReadError;
 use crate::copy::max_rounding_in_text;
 use crate::error::Format;
-use crate::text::{Line, number, placed_fields, quoted};
+use crate::inp_keyword::real;
+use crate::text::{Line, placed_fields, quoted};
 
 /// Rounding of a position that is placed, or whose placement is undone \[units in the last place of the largest
 /// number on the way\]: less than 8 operations per coordinate, with factors of a rotation that are rounded twice.
@@ -116,7 +117,7 @@ fn numbers<const N: usize>(
         if field.text.is_empty() {
             continue;
         }
-        let value = number(field.text).filter(|value: &f64| value.is_finite());
+        let value = real(field.text).filter(|value| value.is_finite());
         let (Some(value), Some(target)) = (value, numbers.get_mut(place)) else {
             let problem = format!("{} is no number of {meaning}", quoted(field.text));
             return Err(format.on_line(line.number, problem));

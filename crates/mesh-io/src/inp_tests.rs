@@ -1,5 +1,7 @@
 //! Element types and keywords of Abaqus input files that are read, skipped or refused.
 
+use glam::DVec3;
+
 use crate::inp_model::{InpModel, parse};
 
 fn node_places(file: &[u8]) -> usize {
@@ -28,6 +30,32 @@ fn coordinates_and_elements_that_stand_elsewhere_are_refused() {
     ] {
         let refusal = parse(file(node, element).as_bytes()).expect_err(feature).to_string();
         assert!(refusal.contains(feature), "{refusal}");
+    }
+}
+
+#[test]
+fn coordinates_have_exponents_of_fortran_and_may_be_blank() {
+    let file = |first: &str, second: &str| {
+        format!(
+            "*Node\n1, {first}\n2, {second}\n3, 0, 1, 0\n4, 0, 0, 1\n*Element, type=C3D4\n7, 1, 2, 3, 4\n"
+        )
+    };
+    let content = file("-1234.5D-2, , -12345d-3", "1.,0.,");
+    let nodes =
+        |content: &str| parse(content.as_bytes()).map(|read| read.volume.expect("a volume").nodes);
+    let read = nodes(&content).expect("a mesh");
+    assert_eq!(read[..2], [DVec3::new(-12.345, 0.0, -12.345), DVec3::X]);
+
+    // What is written stands in its place, also where that was blank.
+    let mut moved = read.clone();
+    (moved[0], moved[1]) = (DVec3::new(0.5, 0.25, -12.345), DVec3::new(1.0, 0.0, 8.0));
+    let written = crate::replace_positions(content.as_bytes(), "inp", &moved).expect("a copy");
+    let written = String::from_utf8(written).expect("text");
+    assert_eq!(nodes(&written).expect(&written), moved, "{written}");
+
+    for wrong in ["1.D, 0, 0", "1.D0D0, 0, 0", "D, 0, 0", "1.F0, 0, 0", "1 D0, 0, 0"] {
+        let error = parse(file(wrong, "1, 0, 0").as_bytes()).expect_err(wrong).to_string();
+        assert!(error.contains("line 2") && error.contains("is not a number"), "{error}");
     }
 }
 
@@ -98,7 +126,7 @@ fn reference_points_of_an_assembly_are_left_out() {
     let own = around("*Part, name=p\n*End Part\n*Assembly\n*Instance, name=i, part=p\n", "");
     let own = format!("{own}*End Instance\n*Node\n1, 5, 6, 7\n*End Assembly\n");
     let volume = parse(own.as_bytes()).expect("a mesh").volume.expect("a volume");
-    assert_eq!(volume.nodes[0], glam::DVec3::ZERO);
+    assert_eq!(volume.nodes[0], DVec3::ZERO);
 
     let solid = assembly("*Element, type=C3D4\n8, 1, 2, 3, 4\n");
     let error = parse(solid.as_bytes()).expect_err("elements without a part").to_string();

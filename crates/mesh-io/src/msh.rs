@@ -144,7 +144,7 @@ impl MshContent {
             let Some(node) = words.next().and_then(|word| number(word.text)) else {
                 return Err(MSH.on_line(line.number, "a node begins with its number"));
             };
-            self.nodes.push(&MSH, &FilePlace::Line(line.number), node, words)?;
+            self.nodes.push(&MSH, &FilePlace::Line(line.number), node, words, number)?;
         }
         Ok(())
     }
@@ -162,12 +162,8 @@ impl MshContent {
             // Coordinates stand in the order of the numbers.
             for node in nodes {
                 let line = needed(lines)?;
-                self.nodes.push(
-                    &MSH,
-                    &FilePlace::Line(line.number),
-                    node,
-                    placed_words(line.text, line.start),
-                )?;
+                let words = placed_words(line.text, line.start);
+                self.nodes.push(&MSH, &FilePlace::Line(line.number), node, words, number)?;
             }
         }
         Ok(())

@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use crate::error::Format;
 use crate::inp_placement::Placement;
-use crate::text::{PlacedWord, number, quoted};
+use crate::text::{PlacedWord, quoted};
 use crate::volume::NumberedNodes;
 use crate::{FilePlace, ReadError};
 
@@ -22,13 +22,15 @@ pub(crate) struct TextNodes {
 }
 
 impl TextNodes {
-    /// Adds a node, which stands at a place of the file, with the first three words behind its number.
+    /// Adds a node, which stands at a place of the file, with the first three words behind its number, as the format
+    /// spells numbers.
     pub(crate) fn push<'a>(
         &mut self,
         format: &Format,
         at: &FilePlace,
         node: u64,
         mut words: impl Iterator<Item = PlacedWord<'a>>,
+        number: impl Fn(&[u8]) -> Option<f64>,
     ) -> Result<(), ReadError> {
         let mut position = DVec3::ZERO;
         let mut places = [0..0, 0..0, 0..0];
