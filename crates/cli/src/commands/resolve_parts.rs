@@ -8,7 +8,7 @@ use std::path::Path;
 
 use glam::DVec3;
 use mesh_io::Volume;
-use musculo_collide::surface::parallel;
+use musculo_collide::surface::{UnionFind, parallel};
 use musculo_collide::volume_mesh::{Followed, MiddleNode};
 use musculo_collide::{BodyId, Progress};
 
@@ -51,7 +51,8 @@ pub(super) fn complete_parts(
         || (),
         |(), &body| MovedPart::new(scene, body, &ends, &start[body.index()], progress),
     );
-    let parts = parts.into_iter().collect::<Result<Vec<_>, Failure>>()?;
+    let mut parts = parts.into_iter().collect::<Result<Vec<_>, Failure>>()?;
+    shorten_together(loaded, &mut parts, start, progress)?;
     let mut nodes = MovedNodes::default();
     let (rigid, soft): (Vec<_>, Vec<_>) =
         parts.iter().partition(|part| loaded.scene.body(part.body).is_rigid());
@@ -111,6 +112,37 @@ fn vertex_ends(loaded: &LoadedScene, bodies: &[BodyId]) -> BTreeMap<u32, DVec3> 
     ends
 }
 
+/// Shortens the ways of soft parts with nodes in common to the share that the elements of each of them can follow.
+fn shorten_together(
+    loaded: &LoadedScene,
+    parts: &mut [MovedPart],
+    start: &[Vec<DVec3>],
+    progress: Progress<'_>,
+) -> Result<(), Failure> {
+    let mut groups = UnionFind::new(parts.len());
+    let mut first_parts = BTreeMap::new();
+    for (number, part) in (0..).zip(&*parts) {
+        if !loaded.scene.body(part.body).is_rigid() {
+            for &node in loaded.nodes[part.body.index()].iter().flatten() {
+                groups.join(*first_parts.entry(node).or_insert(number), number);
+            }
+        }
+    }
+
+    let mut least_shares = vec![1.0_f64; parts.len()];
+    for (number, part) in (0..).zip(&*parts) {
+        let least = &mut least_shares[groups.find(number) as usize];
+        *least = least.min(part.share());
+    }
+    for (number, part) in (0..).zip(parts) {
+        let share = least_shares[groups.find(number) as usize];
+        if share < part.share() {
+            part.shorten(loaded, share, &start[part.body.index()], progress)?;
+        }
+    }
+    Ok(())
+}
+
 /// Warns of parts that are no bodies of the scene, where nodes of theirs move with those of bodies.
 fn warn_of_other_parts(
     loaded: &LoadedScene,
@@ -150,6 +182,29 @@ impl MovedPart {
             _ => None,
         };
         Ok(Self { body, positions, followed })
+    }
+
+    /// Returns the share of its way that the elements of the part follow.
+    fn share(&self) -> f64 {
+        self.followed.as_ref().map_or(1.0, |followed| followed.share)
+    }
+
+    /// Takes the part a share of its way only.
+    fn shorten(
+        &mut self,
+        loaded: &LoadedScene,
+        share: f64,
+        start: &[DVec3],
+        progress: Progress<'_>,
+    ) -> Result<(), Failure> {
+        for (x, from) in self.positions.iter_mut().zip(start) {
+            *x = *from + share * (*x - *from);
+        }
+        if let (Some(volume), Some(_)) = (&loaded.volumes[self.body.index()], &self.followed) {
+            let followed = follow(volume, &self.positions, progress)?;
+            self.followed = Some(Followed { share: share * followed.share, ..followed });
+        }
+        Ok(())
     }
 
     /// Returns start and end of every node of the part but those in the middle of edges.

@@ -360,6 +360,53 @@ fn bone_across_shared_nodes_is_taken_off_both_parts() {
     }
 }
 
+/// A post is deeper than the elements are: those of one part would be inverted, and hold back all that share nodes.
+#[test]
+fn parts_that_share_nodes_are_cut_at_one_share() {
+    let mut model = Model::default();
+    for (name, x, z) in [("a", -4.0, -4.0), ("b", -4.0, -2.0), ("c", 0.0, -4.0), ("d", 0.0, -2.0)] {
+        let block = Block::new(DVec3::new(4.0, 6.0, 2.0), [4, 6, 2]);
+        model.add(name, &block.translated(DVec3::new(x, -3.0, z)));
+    }
+    let post = Block::new(DVec3::new(0.94, 0.86, 4.4), [1, 1, 1]);
+    model.add("post", &post.translated(DVec3::new(-0.45, -0.23, -1.4)));
+    let apart = Block::new(DVec3::splat(2.0), [2; 3]).translated(DVec3::new(0.0, 9.0, 2.9));
+    model.add("apart", &apart);
+    model
+        .add("below", &Block::new(DVec3::splat(3.0), [1; 3]).translated(DVec3::new(0.0, 9.0, 0.0)));
+    let workshop = Workshop::new();
+    workshop.write("m.feb", model.text());
+    let options = [
+        "m.feb",
+        "--rigid",
+        "post",
+        "--rigid",
+        "below",
+        "--gap",
+        "0.05",
+        "--out",
+        "out",
+        "--json",
+        "o.json",
+        "--no-report",
+        "--keep-going",
+    ];
+    let run = workshop.run("resolve", &options);
+    assert_eq!(run.status, 1, "{}{}", run.stdout, run.stderr);
+    let document = json(&workshop, "o.json");
+    let share = |name: &str| {
+        let bodies = document["bodies"].as_array().expect("bodies");
+        let body = bodies.iter().find(|body| body["name"] == name).expect(name);
+        body["elements"]["followed_share"].as_f64().expect("a share")
+    };
+    let cut = share("a");
+    assert!(cut > 0.1 && cut < 0.95, "{cut}");
+    for name in ["b", "c", "d"] {
+        assert!((share(name) - cut).abs() < 1e-12, "{name}: {} and {cut}", share(name));
+    }
+    assert!(share("apart") >= 1.0, "what shares no node goes all the way");
+}
+
 #[test]
 fn names_of_parts_are_checked() {
     let workshop = Workshop::new();
