@@ -22,8 +22,8 @@ pub(crate) struct TextNodes {
 }
 
 impl TextNodes {
-    /// Adds a node, which stands at a place of the file, with the first three words behind its number, as the format
-    /// spells numbers.
+    /// Adds a node, which stands at a place of the file, with the first three words behind its number, each parsed by
+    /// `number`.
     pub(crate) fn push<'a>(
         &mut self,
         format: &Format,

@@ -31,6 +31,7 @@ pub(crate) struct PatchSide<'a> {
     pub(crate) tissue: &'a Tissue,
     pub(crate) tree: &'a SurfaceTree,
     pub(crate) near: &'a [NearVertex],
+    /// Faces of both bodies at which no way out ends.
     pub(crate) seam_faces: &'a SeamFaces,
 }
 

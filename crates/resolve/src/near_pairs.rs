@@ -24,6 +24,7 @@ pub(crate) struct NearPairs {
     can_move: Vec<bool>,
     /// Pairs that are left as they are.
     exempt: Vec<PairId>,
+    /// Faces by which nothing leaves a body.
     pub(crate) seam_faces: SeamFaces,
 }
 
@@ -159,7 +160,7 @@ impl NearPairs {
         Ok(())
     }
 
-    /// Takes contacts of all pairs off faces at seams, and so from now on.
+    /// Takes the contacts of all pairs off faces at seams, here and wherever pairs are detected from now on.
     pub(crate) fn open_seams(&mut self, scene: &Scene, seam_faces: SeamFaces, margin: f64) {
         self.seam_faces = seam_faces;
         if !self.seam_faces.is_empty() {

@@ -26,8 +26,8 @@ impl SeamFaces {
         behind.is_some_and(|behind| behind != entered)
     }
 
-    /// Takes the vertices of both bodies of a pair to the nearest faces by which they can leave the other one, and
-    /// faces at seams out of those that cross. Vertices outside that are near a seam alone are left out.
+    /// Moves the feet of both bodies' vertices to the nearest faces by which they can leave the other body, and drops
+    /// crossings of faces at seams. Vertices outside that are within `margin` of a seam alone are left out.
     pub(crate) fn open(&self, scene: &Scene, report: &mut PairReport, margin: f64) {
         if self.is_empty() {
             return;
@@ -52,8 +52,8 @@ impl SeamFaces {
         report.max_vertex_depth = near.fold(0.0, |depth: f64, near| depth.max(-near.gap));
     }
 
-    /// Takes a vertex of one body to the nearest face of another by which it can leave that one; `None` where it is
-    /// outside, and none is within the margin. A vertex in a body without such faces stays as it is.
+    /// Projects a vertex of one body to the nearest face of another by which it can leave that one; `None` where it is
+    /// outside, and none is within the margin. A vertex in a body without such faces keeps its foot.
     fn opened(
         &self,
         scene: &Scene,

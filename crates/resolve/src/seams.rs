@@ -18,8 +18,8 @@ use crate::tissue::Tissue;
 /// Rounding of a weight that is the difference of two others \[their sum\].
 const WEIGHT_ROUNDING: f64 = 8.0 * f64::EPSILON;
 
-/// Cosine of the angle between two faces at a seam, to one side of it and the other, above which they do not face
-/// each other.
+/// Cosine of the angle between the normals of two faces at a seam, above which they do not face each other. Near -1,
+/// faces that are bent apart by rounding are missed; near 0, those beside the seam are taken for faces at it.
 const MAX_FACING: f64 = -0.9;
 
 /// Marks particles of no seam.

@@ -85,6 +85,7 @@ impl Tissue {
         Some(self.find_exit(at_rest, from, |_| false, inward, far, workspace)?.length())
     }
 
+    /// Returns true if a vertex is a corner of a face.
     fn has_corner(&self, face: u32, vertex: u32) -> bool {
         self.corners(face).contains(&vertex)
     }
