@@ -48,6 +48,9 @@ const WITH_CHARTS: &[&str] = &["--release", "--locked", "-p=benches", "--feature
 /// Crates whose figures are of few crates.
 const OF_FEW_CRATES: [&str; 6] = ["ccd", "distance-field", "kdop", "medial", "overlap", "response"];
 
+/// Group of [`OF_FEW_CRATES`] whose figures take longest.
+const LONGEST: &str = "response";
+
 /// One figure, as `benches` prints it.
 #[derive(Clone, Debug, PartialEq)]
 struct Figure {
@@ -184,7 +187,9 @@ fn run_quickly(root: &Path, package: &[&str], names: &[&str]) -> Result<Vec<Figu
         return Err(format!("benches ratios --list ended with {listed}"));
     }
 
-    // One lane on a thread of its own, the other here.
+    // The group that takes longest first: shorter ones then fill up what it leaves. One lane on a thread of its
+    // own, the other here.
+    groups.sort_by_key(|group| group != LONGEST);
     print_heading();
     let next = AtomicUsize::new(0);
     let (figures, others) = thread::scope(|scope| {

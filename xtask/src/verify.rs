@@ -21,6 +21,10 @@ use crate::{TaskResult, figures, tidy};
 /// out are the other libraries of `benches`.
 const TESTS: [&str; 4] = ["test", "--workspace", "--locked", "--features=benches/figures"];
 
+/// Arguments for the examples of the documentation. `benches` has none, and would be built once more.
+const EXAMPLES: [&str; 6] =
+    ["test", "--workspace", "--locked", "--exclude=benches", "--doc", "--no-fail-fast"];
+
 /// Extent of a verification.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Extent {
@@ -64,7 +68,7 @@ pub(crate) fn run(root: &Path, extent: Extent) -> TaskResult {
 
 /// Runs all tests, or those of the inner loop; returns their output, and whether all ended well.
 fn run_tests(root: &Path, extent: Extent) -> Result<(TestOutput, bool), String> {
-    let mut build = cargo_tests(extent);
+    let mut build = cargo(&TESTS, extent);
     match extent {
         Extent::Full => build_and_run(root, &mut build, &[], |output| {
             // The build is last: of what is left once all tests have ended, two crates compile at a time. A failure
@@ -82,10 +86,10 @@ fn run_tests(root: &Path, extent: Extent) -> Result<(TestOutput, bool), String> 
     }
 }
 
-/// Returns the command that builds all tests.
-fn cargo_tests(extent: Extent) -> Command {
+/// Returns a command that builds tests.
+fn cargo(arguments: &[&str], extent: Extent) -> Command {
     let mut command = Command::new("cargo");
-    command.args(TESTS);
+    command.args(arguments);
     if extent == Extent::Full {
         // Partial results are for the inner loop.
         set_compiler(&mut command);
@@ -95,9 +99,9 @@ fn cargo_tests(extent: Extent) -> Command {
 
 /// Runs the examples of the documentation; returns true if all ended well.
 fn documentation(root: &Path, output: &Mutex<TestOutput>) -> Result<bool, String> {
-    let mut command = cargo_tests(Extent::Full);
     // With their output shown, rustdoc would compile each example alone.
-    command.args(["--doc", "--no-fail-fast"]).current_dir(root);
+    let mut command = cargo(&EXAMPLES, Extent::Full);
+    command.current_dir(root);
     let mut lines = Vec::new();
     let status = read_lines(&mut command, |line| lines.push(line.to_owned()))?;
 
