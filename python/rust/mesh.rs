@@ -12,8 +12,8 @@ use pyo3::prelude::*;
 use crate::arrays::{Faces, Points, corners, point_array, points, row_array, surface};
 use crate::error::{refused, unreadable};
 
-/// Vertices and faces of a mesh, and the name of the space that its file states.
-type Mesh<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<u32>>, Option<String>);
+/// Vertices and faces of a mesh, the name of the space that its file states, and whether it is rigid there.
+type Mesh<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<u32>>, Option<String>, bool);
 
 /// Level of the frame that warnings are of: that which calls the package.
 const CALLER: i32 = 2;
@@ -34,7 +34,7 @@ pub(crate) fn read_mesh(
         PyErr::warn(py, &py.get_type::<PyUserWarning>(), &warning, CALLER)?;
     }
     let space = mesh.space.map(|space| space.to_string());
-    Ok((point_array(py, &mesh.positions), row_array(py, &mesh.faces), space))
+    Ok((point_array(py, &mesh.positions), row_array(py, &mesh.faces), space, mesh.is_rigid))
 }
 
 /// Writes a mesh in the format of the path's extension, which states the space that is named.

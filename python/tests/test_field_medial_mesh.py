@@ -131,6 +131,12 @@ def test_parts_of_a_model_are_meshes(tmp_path):
     with pytest.raises(InputTypeError, match="parts"):
         read_mesh(path, parts="upper")
 
+    # A part is rigid by its material.
+    rigid = '<Material><material id="1" name="bone" type="rigid body"/></Material>'
+    domains = '<MeshDomains><SolidDomain name="lower" mat="bone"/></MeshDomains>'
+    path.write_text(f'<febio_spec version="4.0">{rigid}<Mesh>{text}</Mesh>{domains}</febio_spec>')
+    assert read_mesh(path, parts=["lower"]).rigid and not read_mesh(path, parts=["upper"]).rigid
+
 
 def test_instances_of_an_abaqus_model_are_meshes_where_they_are_placed(tmp_path):
     path = tmp_path / "two.inp"

@@ -360,7 +360,11 @@ impl InspectedMesh {
         let record = BodyRecord {
             name: body.name.clone(),
             file: body.file.clone(),
-            kind: body.kind,
+            kind: body.kind.unwrap_or(if mesh.is_rigid {
+                BodyKind::Rigid
+            } else {
+                BodyKind::Deformable
+            }),
             polygons_fanned: mesh.polygons_fanned,
             unread: mesh.unread.as_ref().map(ToString::to_string),
             skipped: mesh.skipped.as_ref().map(ToString::to_string),

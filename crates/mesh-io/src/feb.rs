@@ -2,11 +2,14 @@
 //!
 //! This reader is not a crate's: there is none, and a file is written again with other coordinates and all
 //! else as it was. Parts are the lists of elements by their names, or, in models of version 1, by their
-//! materials; lists of one name are one part. Everything else of a model is left alone.
+//! materials; lists of one name are one part. A part is rigid if its materials are. Everything else of a model is
+//! left alone.
 //!
-//! Source: "FEBio User's Manual", sections `Mesh` (since version 3) and `Geometry` (before).
+//! Source: "FEBio User's Manual", sections `Mesh` and `MeshDomains` (since version 3) and `Geometry` (before);
+//! "Rigid Body Material".
 
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 use quick_xml::events::{BytesStart, Event};
@@ -24,8 +27,8 @@ static FEB: Format = Format {
              shells of three or four nodes",
 };
 
-/// Sections with the mesh of a model.
-const MESH_SECTIONS: [&str; 2] = ["Mesh", "Geometry"];
+/// Type of the materials of rigid bodies.
+const RIGID_BODY: &str = "rigid body";
 
 /// Depth of tags: the document is at 0, sections at 1, their lists at 2, and nodes and elements at 3.
 const SECTION: usize = 1;
@@ -41,6 +44,16 @@ enum ElementType {
     /// Elements without an area, which are no part of a mesh.
     Line,
     Unknown,
+}
+
+/// Section of a model that is being read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Section {
+    Mesh,
+    Materials,
+    /// Materials of the mesh's parts, since version 3.
+    Domains,
+    Other,
 }
 
 /// List of a mesh that is being read.
@@ -68,12 +81,16 @@ struct Model<'a> {
     file: &'a [u8],
     /// Number of open tags.
     depth: usize,
-    is_in_mesh: bool,
+    section: Section,
     list: Option<List>,
     item: Option<Item>,
     /// Nodes of the element that is read, as the file numbers them.
     numbers: Vec<u64>,
     content: FileParts,
+    /// Numbers and names of rigid materials.
+    rigid_materials: BTreeSet<String>,
+    /// Names of parts with the numbers or names of their materials.
+    materials: Vec<(String, String)>,
 }
 
 /// Reads the nodes and parts of a model.
@@ -100,7 +117,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<FileParts, ReadError> {
     if model.depth > 0 {
         return Err(malformed(bytes.len(), "the file ends before its tags do"));
     }
-    Ok(model.content)
+    Ok(model.finish())
 }
 
 impl<'a> Model<'a> {
@@ -108,12 +125,24 @@ impl<'a> Model<'a> {
         Self {
             file,
             depth: 0,
-            is_in_mesh: false,
+            section: Section::Other,
             list: None,
             item: None,
             numbers: Vec::new(),
             content: FileParts::new(&FEB),
+            rigid_materials: BTreeSet::new(),
+            materials: Vec::new(),
         }
+    }
+
+    /// Returns the parts, which are rigid if their materials are.
+    fn finish(mut self) -> FileParts {
+        for (part, material) in &self.materials {
+            if let Some(part) = self.content.known_number(part) {
+                self.content.part(part).add_rigidity(self.rigid_materials.contains(material));
+            }
+        }
+        self.content
     }
 
     /// Begins a tag.
@@ -122,22 +151,15 @@ impl<'a> Model<'a> {
         let name = name.as_ref();
         match (self.depth, self.list) {
             (SECTION, _) => {
-                self.is_in_mesh = MESH_SECTIONS.contains(&name);
-                let is_elsewhere = self.is_in_mesh && attribute(tag, "from").is_some();
+                self.section = section(name);
+                let is_mesh = self.section == Section::Mesh;
+                let is_elsewhere = is_mesh && attribute(tag, "from").is_some();
                 if is_elsewhere || name == "Include" {
                     let feature = format!("<{name}> with the content of another file");
                     return Err(FEB.unsupported(feature));
                 }
             }
-            (LIST, _) if self.is_in_mesh => match name {
-                "Nodes" => self.list = Some(List::Nodes),
-                "Elements" => self.begin_elements(&self.in_its_encoding(tag, at)),
-                "Part" | "Instance" => {
-                    let feature = format!("<{name}>, a mesh that is placed by the model,");
-                    return Err(FEB.unsupported(feature));
-                }
-                _ => {}
-            },
+            (LIST, _) => self.begin_list(tag, at)?,
             (ITEM, Some(List::Nodes)) if name == "node" => {
                 self.item = Some(Item::Node { number: item_number(tag, at)? });
             }
@@ -157,7 +179,36 @@ impl<'a> Model<'a> {
         Ok(())
     }
 
-    /// Returns a tag with all characters that it has in the file, in UTF-8 or else in Latin-1.
+    /// Begins a list of a mesh, a material, or the domain that a part is.
+    fn begin_list(&mut self, tag: &BytesStart<'_>, at: usize) -> Result<(), ReadError> {
+        let name = tag.name();
+        let name = name.as_ref();
+        match (self.section, name) {
+            (Section::Mesh, "Nodes") => self.list = Some(List::Nodes),
+            (Section::Mesh, "Elements") => self.begin_elements(&self.in_its_encoding(tag, at)),
+            (Section::Mesh, "Part" | "Instance") => {
+                let feature = format!("<{name}>, a mesh that is placed by the model,");
+                return Err(FEB.unsupported(feature));
+            }
+            (Section::Materials, "material") => {
+                let tag = &self.in_its_encoding(tag, at);
+                if attribute(tag, "type").as_deref() == Some(RIGID_BODY) {
+                    let names = ["id", "name"].map(|name| attribute(tag, name));
+                    self.rigid_materials.extend(names.into_iter().flatten());
+                }
+            }
+            (Section::Domains, "SolidDomain" | "ShellDomain") => {
+                let tag = &self.in_its_encoding(tag, at);
+                let [part, material] = ["name", "mat"].map(|name| attribute(tag, name));
+                self.materials.extend(part.zip(material));
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// Returns a tag, the name of which has no other characters, with all that it has in the file, in UTF-8 or else in
+    /// Latin-1.
     fn in_its_encoding(&self, tag: &BytesStart<'_>, at: usize) -> BytesStart<'static> {
         let content = self.file.get(at + 1..at + 1 + tag.len()).unwrap_or_default();
         let in_latin_1 = || content.iter().copied().map(char::from).collect();
@@ -171,7 +222,10 @@ impl<'a> Model<'a> {
         let kind = attribute(tag, "type");
         let name = attribute(tag, "name").or_else(|| attribute(tag, "elset"));
         let of_its_own = || kind.as_ref().map(|_| format!("part {}", self.content.len() + 1));
-        let part = name.or_else(of_its_own).map(|name| self.content.part_number(&name));
+        let name = name.or_else(of_its_own);
+        let material = attribute(tag, "mat");
+        self.materials.extend(name.clone().zip(material));
+        let part = name.map(|name| self.content.part_number(&name));
 
         let element_type = kind.as_deref().map(element_type);
         if let (Some(ElementType::Unknown), Some(kind), Some(part)) = (element_type, &kind, part) {
@@ -182,9 +236,16 @@ impl<'a> Model<'a> {
 
     /// Returns the number of the part of an element by its material.
     fn part_of_material(&mut self, tag: &BytesStart<'_>) -> usize {
-        let of_material = |material| format!("material {material}");
-        let name = attribute(tag, "mat").map_or_else(|| "part 1".to_owned(), of_material);
-        self.content.part_number(&name)
+        let Some(material) = attribute(tag, "mat") else {
+            return self.content.part_number("part 1");
+        };
+        let name = format!("material {material}");
+        let known = self.content.len();
+        let part = self.content.part_number(&name);
+        if part == known {
+            self.materials.push((name, material));
+        }
+        part
     }
 
     /// Keeps the refusal of a part whose elements cannot be read, for where it is wanted.
@@ -260,6 +321,16 @@ impl<'a> Model<'a> {
             }
         }
         Ok(())
+    }
+}
+
+/// Returns the section of a name.
+fn section(name: &str) -> Section {
+    match name {
+        "Mesh" | "Geometry" => Section::Mesh,
+        "Material" => Section::Materials,
+        "MeshDomains" => Section::Domains,
+        _ => Section::Other,
     }
 }
 

@@ -34,6 +34,9 @@ const SOLIDS: [&str; 7] = ["C3D", "DC3D", "DCC3D", "AC3D", "Q3D", "SC", "CSS"];
 /// surfaces.
 const SURFACES: [&str; 9] = ["S", "STRI", "DS", "M3D", "R3D", "SFM3D", "F3D", "CPS", "CPE"];
 
+/// Family of elements of rigid surfaces.
+const RIGID: &str = "R3D";
+
 /// Families of other elements with volume: Eulerian, electromagnetic, fluid, infinite, cohesive, gasket and
 /// cylindrical ones.
 const OTHER_VOLUMES: [&str; 8] =
@@ -181,6 +184,10 @@ impl InpReader {
 
         // Of an assembly's elements, whose nodes are its own, solids alone are missed.
         if !self.is_in_assembly || block == Block::OtherElements {
+            if block != Block::OtherElements {
+                let is_rigid = kind.starts_with(RIGID);
+                self.content.parts[self.part].add_rigidity(is_rigid);
+            }
             return Ok(block);
         }
         match self.elements {

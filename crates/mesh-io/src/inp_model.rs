@@ -128,14 +128,14 @@ fn whole(bytes: &[u8], outline: &Outline<'_>) -> Result<Mesh, ReadError> {
     if let (false, Some(kind)) = (has_mesh, part.skipped.counts.keys().next()) {
         return Err(unsupported_type(kind));
     }
-    let skipped = part.skipped.clone().if_any();
+    let (skipped, is_rigid) = (part.skipped.clone().if_any(), part.is_rigid());
     let mesh = Mesh::of_elements(
         nodes,
         std::mem::take(&mut part.cells),
         &part.polygons,
         &BTreeMap::new(),
     )?;
-    Ok(Mesh { skipped, ..mesh })
+    Ok(Mesh { skipped, is_rigid, ..mesh })
 }
 
 impl InpModel {

@@ -47,6 +47,9 @@ pub struct Mesh {
     pub nodes: Option<Vec<u32>>,
     /// Volume mesh whose boundary this is, of a file with tetrahedra, wedges or hexahedra.
     pub volume: Option<Volume>,
+    /// True if it is rigid in the file: all parts of an FEBio model by their materials, all elements of an Abaqus file by
+    /// their types.
+    pub is_rigid: bool,
 }
 
 /// Content of a file behind the end that its header declares, which is no part of the
@@ -212,6 +215,7 @@ impl Mesh {
             vertex_numbers: None,
             nodes: None,
             volume: None,
+            is_rigid: false,
         }
     }
 

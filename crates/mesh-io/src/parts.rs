@@ -28,6 +28,8 @@ pub(crate) struct Part {
     name: String,
     pub(crate) cells: NumberedCells,
     pub(crate) polygons: Polygons,
+    /// True if lists of its elements are rigid, false if one of them is not; `None` where nothing says so.
+    is_rigid: Option<bool>,
     /// Elements that are no part of a mesh.
     pub(crate) skipped: SkippedElements,
     /// Nodes of these, and of elements that cannot be read.
@@ -44,10 +46,14 @@ impl FileParts {
         Self { format, nodes: TextNodes::default(), parts: Vec::new() }
     }
 
+    /// Returns the number of the part of a name.
+    pub(crate) fn known_number(&self, name: &str) -> Option<usize> {
+        self.parts.iter().position(|part| part.name == name)
+    }
+
     /// Returns the number of the part of a name, a new one where there is none.
     pub(crate) fn part_number(&mut self, name: &str) -> usize {
-        let number = self.parts.iter().position(|part| part.name == name);
-        number.unwrap_or_else(|| {
+        self.known_number(name).unwrap_or_else(|| {
             self.parts.push(Part { name: name.to_owned(), ..Part::default() });
             self.parts.len() - 1
         })
@@ -143,6 +149,16 @@ impl Part {
         self.cells.cells.len() + self.polygons.len() + self.other_nodes.len()
     }
 
+    /// Adds a list of its elements that is rigid, or is not: a part is rigid if all are.
+    pub(crate) fn add_rigidity(&mut self, is_rigid: bool) {
+        self.is_rigid = Some(is_rigid && self.is_rigid != Some(false));
+    }
+
+    /// Returns true if all of its elements are rigid.
+    pub(crate) fn is_rigid(&self) -> bool {
+        self.is_rigid == Some(true)
+    }
+
     fn is_mesh(&self) -> bool {
         !self.cells.is_empty() || !self.polygons.is_empty() || self.unsupported.is_some()
     }
@@ -165,11 +181,13 @@ impl Part {
         self.cells.append(&other.cells, shift);
         self.polygons.append(&other.polygons, shift);
         self.skipped.append(&other.skipped);
+        self.add_rigidity(other.is_rigid());
     }
 
     /// Returns the cells with the surface around them, or else the surface, over the nodes that it uses. `first` is
     /// the index of the first node in the file.
     fn into_mesh(mut self, nodes: NumberedNodes, first: u32) -> Result<Mesh, ReadError> {
+        let is_rigid = self.is_rigid();
         let cells = std::mem::take(&mut self.cells);
         let others = BTreeMap::new();
         let (mut mesh, mut used) = if cells.is_empty() {
@@ -189,7 +207,7 @@ impl Part {
         }
         let mut skipped = mesh.skipped.unwrap_or_default();
         skipped.append(&self.skipped);
-        Ok(Mesh { skipped: skipped.if_any(), nodes: Some(used), ..mesh })
+        Ok(Mesh { skipped: skipped.if_any(), nodes: Some(used), is_rigid, ..mesh })
     }
 }
 

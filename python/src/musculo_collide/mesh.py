@@ -25,13 +25,15 @@ class _Mesh(NamedTuple):
 
 
 class Mesh(ArrayTuple, _Mesh):
-    """Triangle mesh: vertices and faces, and the space of the file that it was read from."""
+    """Triangle mesh: vertices and faces, and what the file that it was read from says of them."""
 
     space: str | None = None
     """Directions of the axes, ``"LPS"`` or ``"RAS"``, where a file states them as 3D Slicer does.
 
     Meshes in different spaces do not belong into one scene: x and y have the other sign.
     """
+    rigid: bool = False
+    """True where a model of FEBio or Abaqus has it rigid: by its materials, or by the types of its elements."""
 
     def to_table(self) -> Table:
         """Return columns with one row per vertex."""
@@ -47,9 +49,10 @@ def read_mesh(path: str | os.PathLike[str], *, parts: Iterable[str] = ()) -> Mes
     read. Of a model of FEBio or Abaqus, ``parts`` are the names of those that are the mesh; without names it is its only
     one.
     """
-    vertices, faces, space = _native.read_mesh(_checks.path(path), _checks.names(parts, "parts"))
+    read = _native.read_mesh(_checks.path(path), _checks.names(parts, "parts"))
+    vertices, faces, space, rigid = read
     mesh = Mesh(vertices, faces)
-    mesh.space = space
+    mesh.space, mesh.rigid = space, rigid
     return mesh
 
 

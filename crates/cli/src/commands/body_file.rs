@@ -217,7 +217,7 @@ mod tests {
             name: "fish".to_owned(),
             file: path.display().to_string(),
             path,
-            kind,
+            kind: Some(kind),
             follows: None,
             stiffness: None,
             uncross: false,

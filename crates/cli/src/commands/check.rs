@@ -41,7 +41,7 @@ A scene file:
   [[body]]
   file = \"femur.ply\"      # relative to the folder of the scene file
   name = \"femur\"          # default: the file's name
-  kind = \"rigid\"          # or deformable (default), or open: a sheet
+  kind = \"rigid\"          # or deformable (default, unless it is rigid in its file), or open: a sheet
   follows = \"femur_r\"     # name in the motion; default: the body's name
   # parts = [\"Part1\"]     # of an FEBio or Abaqus model: those that are this body
 

@@ -11,7 +11,7 @@
 //! name = "femur"          # default: the first part, or the file's name without extension
 //! file = "femur.ply"      # relative to the folder of the scene file; / between folders
 //! parts = ["Part1"]       # of an FEBio or Abaqus model, those that are this body; default: its only one
-//! kind = "rigid"          # or "open" (a sheet), or "deformable", the default
+//! kind = "rigid"          # or "open" (a sheet), or "deformable", the default unless it is rigid in its file
 //! follows = "femur_r"     # name in the motion; default: the body's name
 //! stiffness = 2.0         # for `resolve`: yields half as much as others; default: 1
 //! uncross = true          # for `resolve`: parts that cross each other come apart; default: false
@@ -94,8 +94,8 @@ pub(crate) struct BodyDescription {
     /// Names of the parts of the file that are the body; none for its only part.
     #[serde(default)]
     pub(crate) parts: Vec<String>,
-    #[serde(default = "deformable")]
-    pub(crate) kind: BodyKind,
+    /// Kind; where it is left out, rigid if the mesh is rigid in its file, and else deformable.
+    pub(crate) kind: Option<BodyKind>,
     /// Name in the motion that the body follows; none for its own.
     pub(crate) follows: Option<String>,
     /// Stiffness in overlap removal, relative to bodies without one.
@@ -114,10 +114,6 @@ pub(crate) struct BodyDescription {
 pub(crate) struct IgnoredPair {
     pub(crate) a: String,
     pub(crate) b: String,
-}
-
-fn deformable() -> BodyKind {
-    BodyKind::Deformable
 }
 
 impl SceneDescription {
@@ -195,7 +191,7 @@ impl SceneDescription {
     pub(crate) fn set_rigid(&mut self, names: &[String]) -> Result<(), SceneProblem> {
         for name in names {
             let body = self.index_of(name)?;
-            self.bodies[body].kind = BodyKind::Rigid;
+            self.bodies[body].kind = Some(BodyKind::Rigid);
         }
         Ok(())
     }
@@ -279,14 +275,14 @@ impl SceneDescription {
 }
 
 impl BodyDescription {
-    /// Describes a soft body that is a file, or parts of one.
+    /// Describes a body that is a file, or parts of one.
     fn of_file(name: String, path: &Path, parts: &[String]) -> Self {
         Self {
             name,
             file: path.display().to_string(),
             path: path.to_owned(),
             parts: parts.to_vec(),
-            kind: BodyKind::Deformable,
+            kind: None,
             follows: None,
             stiffness: None,
             uncross: false,

@@ -57,7 +57,7 @@ fn add_meshes(body: &ModelBody, folder: &Path, model: &Path, scene: &mut SceneDe
         // The map from bodies to meshes is stated.
         terminal::print_line("note", &format!("{name} follows {}: {}", body.name, file.display()));
         scene.bodies.push(BodyDescription {
-            kind: BodyKind::Rigid,
+            kind: Some(BodyKind::Rigid),
             follows: Some(body.name.clone()),
             placement: Some(to_mass_center * mesh.placement),
             ..BodyDescription::of_file(name, &file, &[])

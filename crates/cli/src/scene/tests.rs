@@ -20,7 +20,7 @@ fn defaults_replace_absent_keys() {
     assert_eq!((scene.unit, scene.margin), (Unit::Millimeter, None));
     assert_eq!([&scene.bodies[0].name, &scene.bodies[1].name], ["a", "b"]);
     assert_eq!(scene.bodies[1].path, PathBuf::from("folder/x/y.obj"));
-    assert_eq!(scene.bodies[1].kind, BodyKind::Deformable);
+    assert_eq!(scene.bodies[1].kind, None);
 }
 
 #[test]
@@ -31,11 +31,11 @@ fn every_key_is_read() {
     let mut scene = parse(&text).unwrap();
     assert_eq!((scene.unit, scene.margin), (Unit::Centimeter, Some(0.25)));
     assert_eq!(scene.ignored, [IgnoredPair { a: "b".to_owned(), b: "a".to_owned() }]);
-    assert_eq!(scene.bodies[1].kind, BodyKind::Rigid);
+    assert_eq!(scene.bodies[1].kind, Some(BodyKind::Rigid));
     let stiffness = scene.bodies[1].stiffness.as_ref().map(|stiffness| *stiffness.get_ref());
     assert_eq!((stiffness, scene.bodies[1].uncross), (Some(2.0), true));
     scene.set_rigid(&["a".to_owned()]).unwrap();
-    assert_eq!(scene.bodies[0].kind, BodyKind::Rigid);
+    assert_eq!(scene.bodies[0].kind, Some(BodyKind::Rigid));
 }
 
 #[test]

@@ -111,6 +111,23 @@ fn parts_on_the_command_line_are_bodies_by_their_names() {
     let volume = overlap.expect("a pair")["overlap"]["volume"].as_f64().expect("a volume");
     assert!((volume - 1.6).abs() < 1e-9, "{volume}");
 
+    // Rigid by its material without being named, unless the scene says otherwise.
+    let rigid = "<Material><material id=\"1\" name=\"m\" type=\"rigid body\"/></Material>\n\
+                 <MeshDomains><SolidDomain name=\"bone\" mat=\"m\"/></MeshDomains>\n<LoadData/>";
+    workshop.write("knee.feb", knee().text().replace("<LoadData/>", rigid));
+    let kinds = |scene: &str| {
+        let run = workshop.check(&[scene, "--json", "o.json"]);
+        assert_eq!(run.status, 1, "{}{}", run.stdout, run.stderr);
+        let bodies = json(&workshop, "o.json")["bodies"].take();
+        let bodies = bodies.as_array().expect("bodies");
+        bodies.iter().map(|body| body["kind"].clone()).collect::<Vec<_>>()
+    };
+    assert_eq!(kinds("knee.feb"), ["rigid", "deformable", "deformable"]);
+    workshop.write("scene.toml", SCENE.replace("kind = \"rigid\"\n", ""));
+    assert_eq!(kinds("scene.toml"), ["rigid", "deformable", "deformable"]);
+    workshop.write("scene.toml", SCENE.replace("\"rigid\"", "\"deformable\""));
+    assert_eq!(kinds("scene.toml"), ["deformable"; 3]);
+
     // A model of one part has the name of its file.
     let mut single = Model::default();
     single.add("Part1", &Block::new(DVec3::ONE, [1; 3]));

@@ -116,6 +116,37 @@ fn earlier_versions_name_parts_in_other_ways() {
     assert_eq!(numbered_cells(&first_version, &["material 2"]), tetrahedra);
 }
 
+/// A part is rigid if all of its elements have rigid materials, by the numbers or the names of these.
+#[test]
+fn parts_are_rigid_by_their_materials() {
+    let rigid = |model: &str, parts: &[&str]| part(model, parts).expect(model).is_rigid;
+    let materials = "<material id=\"2\" name=\"b\" type=\"rigid body\"/>\n</Material>";
+    let model = MODEL.replace("</Material>", materials);
+    assert!(!rigid(&model, &["bone"]), "it has no material");
+    let domains = "<ShellDomain name=\"bone\" mat=\"b\"/>\n<SolidDomain name=\"none\" mat=\"b\"/>\n\
+                   </MeshDomains>";
+    let model = model.replace("</MeshDomains>", domains);
+    assert!(rigid(&model, &["bone"]) && !rigid(&model, &["cartilage"]));
+    assert!(!rigid(&model, &["bone", "cartilage"]) && !rigid(&model, &["bone", "muscle"]));
+    assert_eq!(part_names(model.as_bytes(), "feb").ok(), part_names(MODEL.as_bytes(), "feb").ok());
+
+    // Lists of version 2 have their materials, of which there may be two.
+    let lists = MODEL.replace("<Mesh>", "<Geometry>").replace("</Mesh>", "</Geometry>");
+    let lists = lists.replace("</febio_spec>", &format!("<Material>\n{materials}</febio_spec>"));
+    let lists = lists.replace("\"quad4\" name=\"bone\"", "\"quad4\" mat=\"2\" name=\"bone\"");
+    assert!(rigid(&lists, &["bone"]));
+    let lists = lists.replace("\"tri3\" name=\"bone\"", "\"tri3\" mat=\"1\" name=\"bone\"");
+    assert!(!rigid(&lists, &["bone"]), "its triangle is not");
+
+    // Elements of version 1 have them.
+    let elements = "<Elements>\n<tet4 id=\"7\" mat=\"2\">51,61,71,91</tet4>\n\
+        <tet4 id=\"8\" mat=\"1\">51,71,81,91</tet4>\n</Elements>\n";
+    let start = lists.find("<Elements").expect("elements");
+    let end = lists.find("<Surface").expect("a surface");
+    let first_version = [&lists[..start], elements, &lists[end..]].concat();
+    assert!(rigid(&first_version, &["material 2"]) && !rigid(&first_version, &["material 1"]));
+}
+
 /// Names are those that a user gave: XML spells some characters otherwise, and so do files of other encodings.
 #[test]
 fn names_of_parts_are_decoded() {

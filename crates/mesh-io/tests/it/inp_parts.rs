@@ -247,6 +247,21 @@ fn element_sets_of_a_flat_file_are_parts_where_they_are_named() {
     assert_eq!(String::from_utf8(moved.expect("a model")).expect("text"), expected);
 }
 
+/// A part is rigid if all elements of its mesh are: a mass upon it is none of them.
+#[test]
+fn parts_are_rigid_by_the_types_of_their_elements() {
+    let rigid = |model: &str, parts: &[&str]| part(model, parts).expect(model).is_rigid;
+    assert!(rigid(MODEL, &["femur"]) && !rigid(MODEL, &["muscle"]));
+    assert!(!rigid(MODEL, &["femur", "screw-1"]));
+    let flat = FLAT.replace("type=S3, elset=skin", "type=R3D3, elset=skin");
+    assert!(rigid(&flat, &["skin"]) && !rigid(FLAT, &["skin"]) && !rigid(&flat, &["upper"]));
+    let whole = |model: &str| parse_mesh(model.as_bytes(), "inp").expect(model).is_rigid;
+    let shells = "*Node\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 1, 1, 0\n*Element, type=R3D3\n1, 1, 2, 3\n\
+                  *Element, type=R3D3\n2, 2, 4, 3\n";
+    assert!(whole(shells));
+    assert!(!whole(&shells.replacen("R3D3", "S3", 1)));
+}
+
 /// Keyword lines that go on below a comma, abbreviated ones, and names that hold a comma.
 #[test]
 fn a_model_is_the_same_however_its_keywords_are_spelled() {

@@ -45,6 +45,7 @@ fn expected() -> Mesh {
         vertex_numbers: None,
         nodes: None,
         volume: None,
+        is_rigid: false,
     }
 }
 

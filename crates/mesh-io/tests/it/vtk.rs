@@ -181,6 +181,7 @@ fn planted() -> Mesh {
         vertex_numbers: None,
         nodes: None,
         volume: None,
+        is_rigid: false,
     }
 }
 
