@@ -4,12 +4,13 @@
 //! shows at vertices that are shallow and whose own surface faces that of the other body:
 //! their exit directions are spread over all vertices inside, along the surface and through
 //! the tissue. A vertex whose nearest way out points against its direction is projected
-//! again, onto faces on the right side.
+//! again, onto faces on the right side, unless these are much farther than the pair is deep: tissue that
+//! embraces a bone would leave across all of it.
 
 use glam::DVec3;
 use kdop::Workspace;
 use proximity::{ClosestPoint, NearVertex, contact};
-use scene::Body;
+use scene::{Body, BodyKind};
 use surface::{Contact, triangle};
 
 use crate::spread::symmetric_sweeps;
@@ -18,6 +19,11 @@ use crate::tissue::{Tissue, fitted_tree};
 /// Gauss–Seidel sweeps that spread exit directions over vertices inside. Patches are some
 /// thirty edges wide: below, their middle is not reached; above, little changes.
 const DIRECTION_SWEEPS: usize = 30;
+
+/// Longest way out of a bone by the side of entry \[deepest of the nearest ways\]. Through a plate it is 2, since
+/// tissue beyond its middle is half as deep there. Below, such tissue leaves by the far side; above, tissue that
+/// embraces a bone leaves across it.
+const MAX_TURNED_WAY: f64 = 2.5;
 
 /// Exit directions of earlier rounds, of the vertices of one body out of another; 0 for
 /// vertices that were never inside. A vertex keeps its direction.
@@ -38,13 +44,15 @@ impl ExitSide<'_> {
         let workspace = &mut Workspace::default();
         let (body, other) = (self.body.contact_surface(), self.other.contact_surface());
         let directions = self.exit_directions(near, memory);
+        let is_bone = self.other.kind() == BodyKind::Rigid;
+        let longest = if is_bone { MAX_TURNED_WAY * deepest_way(near) } else { f64::INFINITY };
         let mut contacts = Vec::with_capacity(near.len());
         for near in near {
             let corrected = if self.tissue.is_rigid {
                 let direction = memory.get(near.vertex as usize).copied().unwrap_or_default();
                 self.correct_rigid(near, direction, workspace)
             } else {
-                self.correct_soft(near, directions[near.vertex as usize], workspace)
+                self.correct_soft(near, directions[near.vertex as usize], longest, workspace)
             };
             if let Some(near) = corrected {
                 contacts.push(contact(&body, &other, &near));
@@ -53,11 +61,12 @@ impl ExitSide<'_> {
         contacts
     }
 
-    /// Corrects a vertex of tissue, which leaves by the side where it entered.
+    /// Corrects a vertex of tissue, which leaves by the side where it entered, on a way up to the longest.
     fn correct_soft(
         &self,
         near: &NearVertex,
         direction: DVec3,
+        longest: f64,
         workspace: &mut Workspace,
     ) -> Option<NearVertex> {
         // Outside, a vertex that faces away is of another part of the surface.
@@ -72,10 +81,8 @@ impl ExitSide<'_> {
 
         // Inside, the way out by the entered side, where there is one.
         let turned = self.project(near.vertex, direction, workspace);
-        match turned {
-            Some(turned) if turned.gap < 0.0 => Some(turned),
-            _ => Some(*near),
-        }
+        let turned = turned.filter(|turned| turned.gap < 0.0 && -turned.gap <= longest);
+        turned.or(Some(*near))
     }
 
     /// Corrects a vertex of bone, which leaves in the direction of its patch, or by the side of the
@@ -189,10 +196,14 @@ impl ExitSide<'_> {
 
 /// Returns true if one of the vertices is inside.
 fn has_inside(near: &[NearVertex]) -> bool {
+    deepest_way(near) > 0.0
+}
+
+/// Returns the longest of the nearest ways out; 0 where no vertex is inside.
+fn deepest_way(near: &[NearVertex]) -> f64 {
+    let mut deepest: f64 = 0.0;
     for near in near {
-        if near.gap < 0.0 {
-            return true;
-        }
+        deepest = deepest.max(-near.gap);
     }
-    false
+    deepest
 }

@@ -123,6 +123,32 @@ fn a_sheet_around_a_bone_comes_off_it_on_all_sides() {
     assert!(farthest < 1.5 * deepest, "{farthest} for {deepest}");
 }
 
+/// A bone with a crest has moved sideways into one half of a thick sheet around it: the way back by the other
+/// half leads across the bone.
+#[test]
+fn tissue_that_embraces_a_bone_beside_its_crest_follows_the_bone() {
+    let crest = |p: DVec3| {
+        let back = (-p.x / 10.0 - 0.6).max(0.0) / 0.4;
+        DVec3::new(p.x - 6.0 * back * back, p.y * (1.0 - 0.6 * back), p.z)
+    };
+    let sheet = shapes::plate(DVec3::new(4.8, 30.0, 4.0), [32, 16]).mapped(|p| {
+        let radius = 12.3 + p.z;
+        DVec3::new(radius * p.x.cos(), radius * p.x.sin(), p.y)
+    });
+    for moved in [4.0, -4.0] {
+        let bone = shapes::ellipsoid(DVec3::new(10.0, 10.0, 40.0), 4).mapped(crest);
+        let bone = bone.translated(DVec3::new(-0.3, moved, 0.0));
+        let (mut scene, _) = bone_and_muscle(bone, sheet.clone());
+        let deepest = max_depth(&mut scene);
+        let params = ResolveParams::with_smoothing(8.0);
+        let resolution = resolve::resolve(&mut scene, &params, Progress::none());
+        let resolution = resolution.expect("a resolution");
+        assert_sound(&mut scene, &resolution);
+        let farthest = resolution.bodies[1].max_displacement;
+        assert!(farthest < 1.3 * deepest, "{moved}: {farthest} for {deepest}");
+    }
+}
+
 /// Ways out that lead to all sides, each of them the right one.
 #[test]
 fn tissue_around_a_bone_widens() {
