@@ -20,9 +20,9 @@ use crate::tissue::{Tissue, fitted_tree};
 /// thirty edges wide: below, their middle is not reached; above, little changes.
 const DIRECTION_SWEEPS: usize = 30;
 
-/// Longest way out of a bone by the side of entry \[deepest of the nearest ways\]. Through a plate it is 2, since
-/// tissue beyond its middle is half as deep there. Below, such tissue leaves by the far side; above, tissue that
-/// embraces a bone leaves across it.
+/// Longest way out of a bone by the side of entry \[deepest of the nearest ways\]. Through a plate it is 2 at most,
+/// whose middle is deepest. Below, tissue beyond the middle leaves by the far side; above, tissue that embraces a
+/// bone leaves across it.
 const MAX_TURNED_WAY: f64 = 2.5;
 
 /// Exit directions of earlier rounds, of the vertices of one body out of another; 0 for
