@@ -12,7 +12,7 @@ use pyo3::prelude::*;
 use crate::arrays::{Faces, Points, corners, point_array, points, row_array, surface};
 use crate::error::{refused, unreadable};
 
-/// Vertices and faces of a mesh, the name of the space that its file states, and whether it is rigid there.
+/// Vertices and faces of a mesh, the name of the space that its file states, and true if it is rigid there.
 type Mesh<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<u32>>, Option<String>, bool);
 
 /// Level of the frame that warnings are of: that which calls the package.

@@ -56,6 +56,13 @@ enum Section {
     Other,
 }
 
+/// Key of a material: elements have its number, domains its name.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum MaterialKey {
+    Number(String),
+    Name(String),
+}
+
 /// List of a mesh that is being read.
 #[derive(Clone, Copy, Debug)]
 enum List {
@@ -87,10 +94,9 @@ struct Model<'a> {
     /// Nodes of the element that is read, as the file numbers them.
     numbers: Vec<u64>,
     content: FileParts,
-    /// Numbers and names of rigid materials.
-    rigid_materials: BTreeSet<String>,
-    /// Names of parts with the numbers or names of their materials.
-    materials: Vec<(String, String)>,
+    rigid_materials: BTreeSet<MaterialKey>,
+    /// Names of parts with their materials.
+    materials: Vec<(String, MaterialKey)>,
 }
 
 /// Reads the nodes and parts of a model.
@@ -193,14 +199,14 @@ impl<'a> Model<'a> {
             (Section::Materials, "material") => {
                 let tag = &self.in_its_encoding(tag, at);
                 if attribute(tag, "type").as_deref() == Some(RIGID_BODY) {
-                    let names = ["id", "name"].map(|name| attribute(tag, name));
-                    self.rigid_materials.extend(names.into_iter().flatten());
+                    self.rigid_materials.extend(attribute(tag, "id").map(MaterialKey::Number));
+                    self.rigid_materials.extend(attribute(tag, "name").map(MaterialKey::Name));
                 }
             }
             (Section::Domains, "SolidDomain" | "ShellDomain") => {
                 let tag = &self.in_its_encoding(tag, at);
                 let [part, material] = ["name", "mat"].map(|name| attribute(tag, name));
-                self.materials.extend(part.zip(material));
+                self.materials.extend(part.zip(material.map(MaterialKey::Name)));
             }
             _ => {}
         }
@@ -223,7 +229,7 @@ impl<'a> Model<'a> {
         let name = attribute(tag, "name").or_else(|| attribute(tag, "elset"));
         let of_its_own = || kind.as_ref().map(|_| format!("part {}", self.content.len() + 1));
         let name = name.or_else(of_its_own);
-        let material = attribute(tag, "mat");
+        let material = attribute(tag, "mat").map(MaterialKey::Number);
         self.materials.extend(name.clone().zip(material));
         let part = name.map(|name| self.content.part_number(&name));
 
@@ -243,7 +249,7 @@ impl<'a> Model<'a> {
         let known = self.content.len();
         let part = self.content.part_number(&name);
         if part == known {
-            self.materials.push((name, material));
+            self.materials.push((name, MaterialKey::Number(material)));
         }
         part
     }

@@ -182,14 +182,15 @@ impl InpReader {
             return Ok(Block::OtherElements);
         };
 
-        // Of an assembly's elements, whose nodes are its own, solids alone are missed.
-        if !self.is_in_assembly || block == Block::OtherElements {
-            if block != Block::OtherElements {
-                let is_rigid = kind.starts_with(RIGID);
-                self.content.parts[self.part].add_rigidity(is_rigid);
-            }
+        if block == Block::OtherElements {
             return Ok(block);
         }
+        if !self.is_in_assembly {
+            self.content.parts[self.part].add_rigidity(kind.starts_with(RIGID));
+            return Ok(block);
+        }
+
+        // Of an assembly's elements, whose nodes are its own, solids alone are missed.
         match self.elements {
             MeshElements::Cells => {
                 Err(INP.unsupported_on_line(line, "solid elements of an assembly"))

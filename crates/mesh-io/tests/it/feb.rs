@@ -130,6 +130,11 @@ fn parts_are_rigid_by_their_materials() {
     assert!(!rigid(&model, &["bone", "cartilage"]) && !rigid(&model, &["bone", "muscle"]));
     assert_eq!(part_names(model.as_bytes(), "feb").ok(), part_names(MODEL.as_bytes(), "feb").ok());
 
+    // A name may be the number of another one.
+    let named = model.replace("name=\"b\"", "name=\"1\"").replace("name=\"m\"", "name=\"2\"");
+    let named = named.replace("mat=\"b\"", "mat=\"1\"").replace("mat=\"m\"", "mat=\"2\"");
+    assert!(rigid(&named, &["bone"]) && !rigid(&named, &["cartilage"]));
+
     // Lists of version 2 have their materials, of which there may be two.
     let lists = MODEL.replace("<Mesh>", "<Geometry>").replace("</Mesh>", "</Geometry>");
     let lists = lists.replace("</febio_spec>", &format!("<Material>\n{materials}</febio_spec>"));
