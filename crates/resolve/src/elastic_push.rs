@@ -15,10 +15,11 @@ use surface::progress::Interrupted;
 use surface::{Contact, parallel};
 
 use crate::ResolveError;
+use crate::detection::clearance;
 use crate::elastic::{ElasticProblem, GapRow, Terms};
 use crate::gap_rounds::PairFeatures;
 use crate::relaxation::{SOLVED_SHARE, STEP_SWEEPS};
-use crate::run::{Run, clearance};
+use crate::run::Run;
 use crate::spread::NEGLIGIBLE_SHARE;
 use crate::tissue::{Tissue, fitted_tree};
 
@@ -320,6 +321,6 @@ mod tests {
                 assert!((u.length() - longest).abs() < 1e-12, "{u}");
             }
         }
-        assert!(0.9 < crate::run::detection_margin(&params));
+        assert!(0.9 < crate::detection::detection_margin(&params));
     }
 }

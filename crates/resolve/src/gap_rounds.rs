@@ -14,12 +14,13 @@ use surface::progress::{Interrupted, Progress};
 use surface::{parallel, triangle};
 
 use crate::damage::rounded_to_single;
+use crate::detection::detection_margin;
 use crate::elastic::{ElasticProblem, GapRow, Terms};
 use crate::held_overlaps::HeldOverlaps;
 use crate::near_pairs::detection_cost;
 use crate::relaxation::{SOLVED_SHARE, STEP_SWEEPS};
 use crate::resolution::{BrokenLimit, GapRound, overlaps_in};
-use crate::run::{Run, TOUCHING, detection_margin};
+use crate::run::{Run, TOUCHING};
 use crate::tissue::{Tissue, fitted_tree};
 use crate::{ResolveError, ResolveParams, WrittenPrecision};
 

@@ -31,6 +31,37 @@ impl Resolver {
         Ok(end)
     }
 
+    /// Removes overlaps with the pairs left as they are that no round freed, as those of a muscle without room, if that
+    /// leaves less: where it is pushed out into others, no round is accepted, however many pairs are free in it. Again
+    /// as long as it does; `exempt` has these pairs then, too.
+    pub(crate) fn leave_unfreed(
+        &mut self,
+        scene: &mut Scene,
+        mut end: Resolution,
+        rest: &[Vec<DVec3>],
+        exempt: &mut Exempt,
+        progress: Progress<'_>,
+    ) -> Result<Resolution, ResolveError> {
+        // Pairs of two soft bodies come along where those with a rigid one are not all that holds up others.
+        let mut with_soft = false;
+        while end.frees_less_than_a_round() {
+            let unfreed = end.unfreed_pairs(scene, exempt, with_soft);
+            let with_unfreed =
+                Exempt { pairs: [&exempt.pairs[..], &unfreed].concat(), ..exempt.clone() };
+            let mut is_better = false;
+            if !unfreed.is_empty() && end.is_left_without(&with_unfreed) {
+                (end, is_better) = self.exempting(scene, end, rest, &with_unfreed, progress)?;
+            }
+            if is_better {
+                *exempt = with_unfreed;
+            } else if with_soft {
+                break;
+            }
+            with_soft = !is_better;
+        }
+        Ok(end)
+    }
+
     /// Removes overlaps with the pairs of soft bodies left as they are that remain, as that of a muscle that is there
     /// twice, if that leaves less: they hold up others. `exempt` has these pairs then, too. Returns the limits that
     /// bodies of theirs would break.
@@ -117,6 +148,25 @@ impl Resolution {
         for left in &self.remaining {
             if left.obstacle.is_sideless() {
                 pairs.push(left.pair);
+            }
+        }
+        pairs
+    }
+
+    /// Returns true if a round left fewer pairs, and no body's limits are why it was not accepted.
+    fn frees_less_than_a_round(&self) -> bool {
+        self.broken_limits.is_empty() && self.unfreed.len() < self.remaining.len()
+    }
+
+    /// Lists the pairs that no round freed and that are not exempt, of those that overlapped at the start; those of two
+    /// soft bodies only `with_soft`.
+    fn unfreed_pairs(&self, scene: &Scene, exempt: &Exempt, with_soft: bool) -> Vec<PairId> {
+        let mut pairs = Vec::new();
+        for Remaining { pair, at_first, .. } in &self.remaining {
+            let has_rigid = pair.bodies().iter().any(|body| scene.body(*body).is_rigid());
+            let is_unfreed = *at_first && self.unfreed.contains(pair);
+            if is_unfreed && !exempt.pairs.contains(pair) && (has_rigid || with_soft) {
+                pairs.push(*pair);
             }
         }
         pairs

@@ -254,7 +254,7 @@ mod tests {
     use scene::BodyKind;
 
     use super::*;
-    use crate::run::check;
+    use crate::detection::check;
 
     #[test]
     fn pairs_of_known_overlaps_are_those_that_are_detected() {

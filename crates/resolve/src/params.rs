@@ -181,7 +181,7 @@ pub(crate) const fn tolerance_of(smoothing: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::clearance;
+    use crate::detection::clearance;
 
     #[test]
     fn lengths_beyond_the_range_of_pushes_are_refused_by_name() {

@@ -8,10 +8,11 @@ use surface::{Contact, parallel};
 
 use crate::contact_islands::ContactIslands;
 use crate::count::as_f64;
+use crate::detection::{clearance, detection_margin};
 use crate::exit_patches::{PatchSide, direct_patches};
 use crate::exit_sides::{ExitMemory, ExitSide};
 use crate::near_pairs::NearPair;
-use crate::run::{Run, clearance, detection_margin};
+use crate::run::Run;
 use crate::self_contacts::SelfSurface;
 use crate::tissue::{Tissue, fitted_tree};
 use crate::{ResolveError, ResolveParams};

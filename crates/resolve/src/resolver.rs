@@ -93,7 +93,8 @@ impl Resolver {
     /// Where that leads to none either, and where it was by itself before, it is again, with displacements that
     /// fade over half as much again each time, until that is one and a half times its deepest overlap.
     /// Before all that, pairs that no push has a side to take to, as one body in another, are left as they are,
-    /// where they hold up others. So are pairs of soft bodies in the end, unless the best state is kept in any case.
+    /// where they hold up others. So are those that no round frees where rounds that free others press bodies into each
+    /// other anew, and pairs of soft bodies in the end, unless the best state is kept in any case.
     ///
     /// # Errors
     ///
@@ -123,6 +124,7 @@ impl Resolver {
             let kept = if end.is_left_without(&exempt) { &exempt } else { &Exempt::NONE };
             end = self.start_again(further, scene, end, &rest, kept, progress)?;
         }
+        end = self.leave_unfreed(scene, end, &rest, &mut exempt, progress)?;
         let (end, beyond) = self.leave_soft_pairs(scene, end, &rest, &mut exempt, progress)?;
         let mut end = self.hold_broken(scene, end, &rest, exempt, progress)?;
         if !end.resolved {

@@ -5,15 +5,16 @@ use std::collections::{BTreeMap, VecDeque};
 use glam::DVec3;
 use proximity::SurfaceTree;
 use response::ParameterError;
-use scene::{BodyId, BodyMove, CheckParams, DepthBracket, PairId, PairOverlap, PairReport, Scene};
+use scene::{BodyId, BodyMove, DepthBracket, PairId, PairOverlap, PairReport, Scene};
 use surface::parallel;
 use surface::progress::{Interrupted, Progress};
 
+use crate::detection::{check, clearance, detection_margin};
 use crate::elastic::GapRow;
 use crate::exempt::Exempt;
 use crate::exit_sides::ExitMemory;
+use crate::farthest::Farthest;
 use crate::near_pairs::{NearPair, NearPairs};
-use crate::params::tolerance_of;
 use crate::resolution::{
     BodyChange, Obstacle, Remaining, Resolution, deepest, max_bracket, overlaps_in,
 };
@@ -69,6 +70,8 @@ pub(crate) struct Run<'a> {
     pub(crate) gap_rounds: Vec<GapRound>,
     /// Number of the round that was accepted last.
     accepted: Option<usize>,
+    /// Round that left the least, with pairs that overlap anew or without.
+    pub(crate) farthest: Farthest,
     /// States that were accepted last.
     pub(crate) accepted_states: VecDeque<AcceptedState>,
     pub(crate) ties: Ties,
@@ -161,6 +164,7 @@ impl<'a> Run<'a> {
             edge_rows: Vec::new(),
             gap_rounds: Vec::new(),
             accepted: None,
+            farthest: Farthest::default(),
             accepted_states: VecDeque::new(),
             joints: ties.seams.clone(),
             turning_faces: Vec::new(),
@@ -257,6 +261,7 @@ impl<'a> Run<'a> {
             after,
             rounds: std::mem::take(&mut self.rounds),
             final_round,
+            unfreed: self.farthest.take_unfreed(),
         })
     }
 
@@ -345,6 +350,7 @@ impl<'a> Run<'a> {
 
         // The best round so far is kept, to be returned to in the end.
         round.merit = round.weigh(&self.params);
+        self.farthest.compare(&round, &self.near);
         let best = self.rounds.get(self.best);
         let is_better = best.is_none_or(|best| round.is_better_than(best));
         if is_better {
@@ -463,36 +469,4 @@ fn check_welded(scene: &Scene) -> Result<(), ResolveError> {
             .map_err(|source| ResolveError::Unwelded { name: body.name().to_owned(), source })?;
     }
     Ok(())
-}
-
-/// Detects all contacts, and measures the overlaps with depths in brackets of a width.
-pub(crate) fn check(
-    scene: &mut Scene,
-    margin: f64,
-    width: f64,
-    progress: Progress<'_>,
-) -> Result<Vec<PairReport>, ResolveError> {
-    // Near pairs are left without measures: their areas are of no use here, and take longer.
-    let mut reports = scene.check(&CheckParams::without_measures(margin), progress)?;
-    let overlapping = reports.iter_mut().filter(|report| report.overlaps);
-    let (pairs, reports_of): (Vec<PairId>, Vec<&mut PairReport>) =
-        overlapping.map(|report| (report.pair, report)).unzip();
-    let overlaps = scene.pair_overlaps(&pairs, Some(width), progress)?;
-    for (report, overlap) in reports_of.into_iter().zip(overlaps) {
-        report.overlap = overlap;
-    }
-    Ok(reports)
-}
-
-/// Returns the gap to which overlaps are pushed apart: beyond that asked for where this is
-/// little beside the tolerance or the pushes, so that edges of curved surfaces do not cross between
-/// their vertices.
-pub(crate) fn clearance(params: &ResolveParams) -> f64 {
-    let tolerance = params.tolerance.max(tolerance_of(params.smoothing));
-    params.gap.max(0.5 * tolerance)
-}
-
-/// Returns the margin within which contacts are detected.
-pub(crate) fn detection_margin(params: &ResolveParams) -> f64 {
-    2.0 * clearance(params) + params.tuning.detection_margin * params.max_step()
 }

@@ -9,9 +9,10 @@ use glam::DVec3;
 use surface::parallel;
 use surface::progress::Interrupted;
 
+use crate::detection::clearance;
 use crate::elastic::{ElasticProblem, GapRow, Terms};
 use crate::resolver::soft_positions;
-use crate::run::{Run, clearance};
+use crate::run::Run;
 use crate::tissue::{Tissue, fitted_tree};
 use crate::{BrokenLimit, ResolveError};
 
@@ -169,8 +170,9 @@ mod tests {
     use scene::{CheckParams, PairId};
     use surface::progress::Progress;
 
+    use crate::detection::clearance;
     use crate::exempt::Exempt;
-    use crate::run::{Run, clearance};
+    use crate::run::Run;
     use crate::test_scenes::bone_and_muscle;
     use crate::{Conditions, ResolveParams, WrittenPrecision};
 

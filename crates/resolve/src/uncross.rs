@@ -9,8 +9,9 @@ use scene::{Body, BodyId, PairId};
 use surface::{Meeting, closest_between_triangles, triangles_meet};
 
 use crate::ResolveError;
+use crate::detection::clearance;
 use crate::elastic::{ElasticProblem, GapRow, Terms};
-use crate::run::{Run, clearance};
+use crate::run::Run;
 use crate::tissue::{Tissue, corners_at, fitted_tree};
 
 /// Steps per body. Below, folds of several edges remain; above, hopeless ones take longer.

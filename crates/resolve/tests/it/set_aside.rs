@@ -120,3 +120,35 @@ fn a_skin_around_all_bodies_holds_up_none_of_them() {
     assert_eq!(left, names.map(|name| (pair(name, "skin"), Obstacle::Enclosed)));
     assert!(!resolution.resolved && resolution.bodies[1].max_displacement > 0.5);
 }
+
+/// A muscle lies where two bones meet, and rounds press it out between its neighbors, which overlap the bones, too;
+/// another muscle is in a bone far from them.
+#[test]
+fn a_muscle_without_room_that_is_pressed_into_others_holds_up_none() {
+    let plate = || shapes::plate(DVec3::new(16.0, 16.0, 10.0), [4, 4]);
+    let muscle = |radii| shapes::ellipsoid(DVec3::from(radii), 2);
+    let neighbor = |side: f64| muscle([7.0, 7.0, 9.0]).translated(14.5 * side * DVec3::X);
+    let far = 60.0 * DVec3::X;
+    let mut scene = scene_of([
+        ("lower", BodyKind::Rigid, plate().translated(-5.01 * DVec3::Z)),
+        ("upper", BodyKind::Rigid, plate().translated(5.01 * DVec3::Z)),
+        ("squeezed", BodyKind::Deformable, muscle([7.0, 7.0, 4.0])),
+        ("right", BodyKind::Deformable, neighbor(1.0)),
+        ("left", BodyKind::Deformable, neighbor(-1.0)),
+        ("far bone", BodyKind::Rigid, plate().translated(far - 9.0 * DVec3::Z)),
+        ("far muscle", BodyKind::Deformable, muscle([8.0, 8.0, 5.0]).translated(far)),
+    ]);
+    let (resolution, mut left) = left(&mut scene, &PARAMS);
+    left.sort_by(|p, q| p.0.cmp(&q.0));
+    assert_eq!(left.len(), 2, "{left:?}");
+    for ((names, obstacle), bone) in left.iter().zip(["lower", "upper"]) {
+        assert_eq!(*names, pair(bone, "squeezed"));
+        assert!(matches!(obstacle, Obstacle::Squeezed { room, .. } if *room < 0.1), "{obstacle:?}");
+    }
+    assert!(!resolution.resolved && resolution.bodies[6].max_displacement > 0.9);
+    for left in &resolution.remaining {
+        let before = resolution.before.iter().find(|before| before.pair == left.pair);
+        let depth = before.and_then(|before| before.max_depth()).expect("overlaps at the start");
+        assert!(left.depth.lower <= depth.upper, "{left:?} was {depth:?} deep");
+    }
+}
