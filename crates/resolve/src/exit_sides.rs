@@ -26,7 +26,7 @@ const DIRECTION_SWEEPS: usize = 30;
 const MAX_TURNED_WAY: f64 = 2.5;
 
 /// Exit directions of earlier rounds, of the vertices of one body out of another; 0 for
-/// vertices that were never inside. A vertex keeps its direction.
+/// vertices that were never inside. A vertex keeps its direction, unless there is no way out by it.
 pub(crate) type ExitMemory = Vec<DVec3>;
 
 /// Vertices of one body against another body.
@@ -52,7 +52,8 @@ impl ExitSide<'_> {
                 let direction = memory.get(near.vertex as usize).copied().unwrap_or_default();
                 self.correct_rigid(near, direction, workspace)
             } else {
-                self.correct_soft(near, directions[near.vertex as usize], longest, workspace)
+                let direction = directions[near.vertex as usize];
+                self.correct_soft(near, direction, longest, memory, workspace)
             };
             if let Some(near) = corrected {
                 contacts.push(contact(&body, &other, &near));
@@ -67,6 +68,7 @@ impl ExitSide<'_> {
         near: &NearVertex,
         direction: DVec3,
         longest: f64,
+        memory: &mut ExitMemory,
         workspace: &mut Workspace,
     ) -> Option<NearVertex> {
         // Outside, a vertex that faces away is of another part of the surface.
@@ -79,9 +81,13 @@ impl ExitSide<'_> {
             return Some(*near);
         }
 
-        // Inside, the way out by the entered side, where there is one.
+        // Inside, the way out by the entered side, where there is one. Else that side is forgotten: by it, the
+        // vertex would be astray once it is out, and come back in.
         let turned = self.project(near.vertex, direction, workspace);
         let turned = turned.filter(|turned| turned.gap < 0.0 && -turned.gap <= longest);
+        if turned.is_none() && self.other.kind() == BodyKind::Rigid {
+            memory[near.vertex as usize] = DVec3::ZERO;
+        }
         turned.or(Some(*near))
     }
 
@@ -206,4 +212,54 @@ fn deepest_way(near: &[NearVertex]) -> f64 {
         deepest = deepest.max(-near.gap);
     }
     deepest
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use fixtures::shapes;
+    use scene::PairId;
+    use surface::progress::Progress;
+
+    use super::*;
+    use crate::exempt::Exempt;
+    use crate::run::Run;
+    use crate::test_scenes::bone_and_muscle;
+    use crate::{Conditions, ResolveParams};
+
+    /// A muscle is .8 deep in a bone of 10, whose far side the vertices inside remember.
+    #[test]
+    fn what_left_by_its_nearest_way_is_held_out_there() {
+        let plate = shapes::plate(DVec3::new(24.0, 24.0, 10.0), [6, 6]);
+        let muscle = shapes::ellipsoid(DVec3::new(8.0, 8.0, 4.0), 3).translated(3.2 * DVec3::Z);
+        let out: Vec<DVec3> = muscle.positions.iter().map(|x| *x + 0.9 * DVec3::Z).collect();
+        let mut scene = bone_and_muscle(plate.translated(-5.0 * DVec3::Z), muscle);
+        let [bone, muscle] = ["bone", "muscle"].map(|name| scene.find(name).expect("a body"));
+        let first = scene.body(muscle).particles().start;
+        let params = ResolveParams { gap: 0.2, ..ResolveParams::with_smoothing(6.0) };
+        let conditions = Conditions::default();
+        let run = Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none());
+        let mut run = run.expect("a run");
+        run.start_round();
+        let through = |x: &DVec3| if x.z < 0.9 { -DVec3::Z } else { DVec3::ZERO };
+        let through = out.iter().map(through).collect();
+        run.exit_memories.insert(PairId::new(bone, muscle), [Vec::new(), through]);
+
+        // Vertices of the muscle that are pushed up, by how far they are out.
+        let mut pushed = |is_out: bool| {
+            let mut vertices = BTreeSet::new();
+            for contact in run.contacts().expect("contacts").iter().flatten() {
+                let vertex = contact.stencil.terms().iter().find(|term| term.weight.abs() > 0.99);
+                let vertex = vertex.map(|term| term.particle).filter(|vertex| *vertex >= first);
+                if (contact.gap > 0.0) == is_out && contact.normal.z.abs() > 0.99 {
+                    vertices.extend(vertex);
+                }
+            }
+            run.move_soft(|_, _| Some(out.clone())).expect("positions");
+            vertices
+        };
+        let (inside, outside) = (pushed(false), pushed(true));
+        assert!(inside.len() > 4 && outside.is_superset(&inside), "{inside:?} {outside:?}");
+    }
 }
