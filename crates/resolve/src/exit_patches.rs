@@ -63,9 +63,9 @@ pub(crate) fn direct_patches(
             continue;
         }
         for (side, (memory, sign)) in memories.iter_mut().zip([1.0, -1.0]).enumerate() {
-            memory.resize(sides[side].tissue.normals.len(), DVec3::ZERO);
+            memory.resize(sides[side].tissue.normals.len());
             for near in &patch.vertices[side] {
-                let own = &mut memory[near.vertex as usize];
+                let own = &mut memory.directions[near.vertex as usize];
                 if *own == DVec3::ZERO {
                     *own = sign * direction;
                 }
@@ -167,7 +167,7 @@ impl ExitPatch<'_> {
         let mut sum = DVec3::ZERO;
         for ((vertices, memory), sign) in self.vertices.iter().zip(memories).zip([1.0, -1.0]) {
             for near in vertices {
-                sum += sign * memory.get(near.vertex as usize).copied().unwrap_or_default();
+                sum += sign * memory.direction(near.vertex);
             }
         }
         sum.try_normalize()

@@ -5,7 +5,7 @@
 //! their exit directions are spread over all vertices inside, along the surface and through
 //! the tissue. A vertex whose nearest way out points against its direction is projected
 //! again, onto faces on the right side, unless these are much farther than the pair is deep: tissue that
-//! embraces a bone would leave across all of it.
+//! embraces a bone would leave across all of it. What leaves by its nearest way then is held out there.
 
 use glam::DVec3;
 use kdop::Workspace;
@@ -25,9 +25,27 @@ const DIRECTION_SWEEPS: usize = 30;
 /// bone leaves across it.
 const MAX_TURNED_WAY: f64 = 2.5;
 
-/// Exit directions of earlier rounds, of the vertices of one body out of another; 0 for
-/// vertices that were never inside. A vertex keeps its direction, unless there is no way out by it.
-pub(crate) type ExitMemory = Vec<DVec3>;
+/// Ways by which the vertices of one body left another one in earlier rounds; empty while none was inside.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ExitMemory {
+    /// Exit directions; 0 for vertices that were never inside. A vertex keeps its direction.
+    pub(crate) directions: Vec<DVec3>,
+    /// True for deep vertices that left a bone by their nearest way, since none led out in their direction.
+    left_nearest: Vec<bool>,
+}
+
+impl ExitMemory {
+    /// Adds vertices that were never inside, up to a number.
+    pub(crate) fn resize(&mut self, count: usize) {
+        self.directions.resize(count, DVec3::ZERO);
+        self.left_nearest.resize(count, false);
+    }
+
+    /// Returns the exit direction of a vertex; 0 where it was never inside.
+    pub(crate) fn direction(&self, vertex: u32) -> DVec3 {
+        self.directions.get(vertex as usize).copied().unwrap_or_default()
+    }
+}
 
 /// Vertices of one body against another body.
 pub(crate) struct ExitSide<'a> {
@@ -49,7 +67,7 @@ impl ExitSide<'_> {
         let mut contacts = Vec::with_capacity(near.len());
         for near in near {
             let corrected = if self.tissue.is_rigid {
-                let direction = memory.get(near.vertex as usize).copied().unwrap_or_default();
+                let direction = memory.direction(near.vertex);
                 self.correct_rigid(near, direction, workspace)
             } else {
                 let direction = directions[near.vertex as usize];
@@ -75,18 +93,21 @@ impl ExitSide<'_> {
         let is_astray = near.normal.dot(direction) < 0.0;
         if near.gap >= 0.0 {
             let is_behind = self.tissue.agrees(self.normal(near), near.normal);
-            return (!is_astray && !is_behind).then_some(*near);
+            let has_left = memory.left_nearest.get(near.vertex as usize) == Some(&true);
+            return ((!is_astray || has_left) && !is_behind).then_some(*near);
         }
         if !is_astray {
             return Some(*near);
         }
 
-        // Inside, the way out by the entered side, where there is one. Else that side is forgotten: by it, the
-        // vertex would be astray once it is out, and come back in.
+        // Inside, the way out by the entered side, where there is one. Deep vertices that leave a bone by their nearest
+        // way all the same are held out there.
         let turned = self.project(near.vertex, direction, workspace);
         let turned = turned.filter(|turned| turned.gap < 0.0 && -turned.gap <= longest);
-        if turned.is_none() && self.other.kind() == BodyKind::Rigid {
-            memory[near.vertex as usize] = DVec3::ZERO;
+        if self.other.kind() == BodyKind::Rigid {
+            let is_deep = near.gap < -self.tissue.params.tuning.shallow_depth * self.smoothing;
+            let has_left = &mut memory.left_nearest[near.vertex as usize];
+            *has_left = turned.is_none() && (is_deep || *has_left);
         }
         turned.or(Some(*near))
     }
@@ -130,13 +151,13 @@ impl ExitSide<'_> {
     /// Computes the exit directions of vertices inside or near, |V|; 0 for others, for rigid
     /// bodies, and for all while none has been inside.
     fn exit_directions(&self, near: &[NearVertex], memory: &mut ExitMemory) -> Vec<DVec3> {
-        if self.tissue.is_rigid || (memory.is_empty() && !has_inside(near)) {
+        if self.tissue.is_rigid || (memory.directions.is_empty() && !has_inside(near)) {
             return vec![DVec3::ZERO; self.tissue.normals.len()];
         }
-        memory.resize(self.tissue.normals.len(), DVec3::ZERO);
+        memory.resize(self.tissue.normals.len());
 
         // Own directions: a vertex new inside counts by how shallow it is, and by how it faces the other body.
-        let mut own = memory.clone();
+        let mut own = memory.directions.clone();
         for near in near {
             let direction = &mut own[near.vertex as usize];
             if near.gap < 0.0 && *direction == DVec3::ZERO {
@@ -161,7 +182,7 @@ impl ExitSide<'_> {
 
         // Remember those of vertices new inside.
         for near in near {
-            let remembered = &mut memory[near.vertex as usize];
+            let remembered = &mut memory.directions[near.vertex as usize];
             if near.gap < 0.0 && *remembered == DVec3::ZERO {
                 *remembered = directions[near.vertex as usize];
             }
@@ -217,6 +238,7 @@ fn deepest_way(near: &[NearVertex]) -> f64 {
 #[cfg(test)]
 mod tests {
     use std::collections::BTreeSet;
+    use std::ops::Range;
 
     use fixtures::shapes;
     use scene::PairId;
@@ -243,23 +265,27 @@ mod tests {
         let mut run = run.expect("a run");
         run.start_round();
         let through = |x: &DVec3| if x.z < 0.9 { -DVec3::Z } else { DVec3::ZERO };
-        let through = out.iter().map(through).collect();
-        run.exit_memories.insert(PairId::new(bone, muscle), [Vec::new(), through]);
+        let mut memory = ExitMemory::default();
+        memory.resize(out.len());
+        memory.directions = out.iter().map(through).collect();
+        run.exit_memories.insert(PairId::new(bone, muscle), [ExitMemory::default(), memory]);
 
-        // Vertices of the muscle that are pushed up, by how far they are out.
-        let mut pushed = |is_out: bool| {
+        // Deep vertices of the muscle, and those that are held outside.
+        let deep = -1.1 * params.tuning.shallow_depth * params.smoothing;
+        let mut vertices_at = |gaps: Range<f64>| {
             let mut vertices = BTreeSet::new();
             for contact in run.contacts().expect("contacts").iter().flatten() {
                 let vertex = contact.stencil.terms().iter().find(|term| term.weight.abs() > 0.99);
                 let vertex = vertex.map(|term| term.particle).filter(|vertex| *vertex >= first);
-                if (contact.gap > 0.0) == is_out && contact.normal.z.abs() > 0.99 {
+                if gaps.contains(&contact.gap) && contact.normal.z.abs() > 0.99 {
                     vertices.extend(vertex);
                 }
             }
             run.move_soft(|_, _| Some(out.clone())).expect("positions");
             vertices
         };
-        let (inside, outside) = (pushed(false), pushed(true));
+        let inside = vertices_at(-1.0..deep);
+        let outside = vertices_at(0.0..1.0);
         assert!(inside.len() > 4 && outside.is_superset(&inside), "{inside:?} {outside:?}");
     }
 }
