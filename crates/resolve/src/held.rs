@@ -42,7 +42,7 @@ impl Resolver {
         exempt: &mut Exempt,
         progress: Progress<'_>,
     ) -> Result<Resolution, ResolveError> {
-        // Pairs of two soft bodies come along where those with a rigid one are not all that holds up others.
+        // Pairs of two soft bodies only where leaving those with a rigid one is not enough.
         let mut with_soft = false;
         while end.frees_less_than_a_round() {
             let unfreed = end.unfreed_pairs(scene, exempt, with_soft);

@@ -56,7 +56,6 @@ mod error;
 mod exempt;
 mod exit_patches;
 mod exit_sides;
-mod farthest;
 mod free_step;
 mod gap_rounds;
 mod held;

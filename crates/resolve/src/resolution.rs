@@ -261,7 +261,7 @@ pub struct Resolution {
     /// overlaps that did not at the start, no limit is broken, the gap [holds](GapProof::holds), and
     /// no body that is to be uncrossed crosses itself.
     pub resolved: bool,
-    /// Pairs that overlap in the round that left the least, which may not have been accepted.
+    /// Pairs that overlap in the round of least [merit](Round::merit), accepted or not.
     #[cfg_attr(feature = "serde", serde(skip))]
     pub(crate) unfreed: Vec<PairId>,
 }

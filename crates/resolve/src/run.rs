@@ -13,7 +13,6 @@ use crate::detection::{check, clearance, detection_margin};
 use crate::elastic::GapRow;
 use crate::exempt::Exempt;
 use crate::exit_sides::ExitMemory;
-use crate::farthest::Farthest;
 use crate::near_pairs::{NearPair, NearPairs};
 use crate::resolution::{
     BodyChange, Obstacle, Remaining, Resolution, deepest, max_bracket, overlaps_in,
@@ -70,8 +69,8 @@ pub(crate) struct Run<'a> {
     pub(crate) gap_rounds: Vec<GapRound>,
     /// Number of the round that was accepted last.
     accepted: Option<usize>,
-    /// Round that left the least, with pairs that overlap anew or without.
-    pub(crate) farthest: Farthest,
+    /// Pairs that overlap in the round of least merit, accepted or not.
+    unfreed: Vec<PairId>,
     /// States that were accepted last.
     pub(crate) accepted_states: VecDeque<AcceptedState>,
     pub(crate) ties: Ties,
@@ -164,7 +163,7 @@ impl<'a> Run<'a> {
             edge_rows: Vec::new(),
             gap_rounds: Vec::new(),
             accepted: None,
-            farthest: Farthest::default(),
+            unfreed: Vec::new(),
             accepted_states: VecDeque::new(),
             joints: ties.seams.clone(),
             turning_faces: Vec::new(),
@@ -261,7 +260,7 @@ impl<'a> Run<'a> {
             after,
             rounds: std::mem::take(&mut self.rounds),
             final_round,
-            unfreed: self.farthest.take_unfreed(),
+            unfreed: std::mem::take(&mut self.unfreed),
         })
     }
 
@@ -350,7 +349,9 @@ impl<'a> Run<'a> {
 
         // The best round so far is kept, to be returned to in the end.
         round.merit = round.weigh(&self.params);
-        self.farthest.compare(&round, &self.near);
+        if self.rounds.iter().all(|other| round.merit < other.merit) {
+            self.unfreed = self.overlapping_pairs();
+        }
         let best = self.rounds.get(self.best);
         let is_better = best.is_none_or(|best| round.is_better_than(best));
         if is_better {
