@@ -3,7 +3,7 @@
 
 use std::error::Error;
 
-use decimate::Decimation;
+use decimate::{Decimation, Preview};
 use fixtures::shapes::icosphere;
 use fixtures::volume::Block;
 use glam::DVec3;
@@ -28,6 +28,9 @@ const COARSE: u32 = 3;
 /// Radius of spheres, and the way from one center to the other \[mm\].
 const RADIUS: f64 = 30.0;
 const APART: f64 = 58.0;
+
+/// Distance from a coarser sphere \[mm\].
+const TOLERANCE: f64 = 0.1;
 
 type Outcome = Result<(), Box<dyn Error>>;
 
@@ -62,7 +65,7 @@ pub(super) fn proximity(report: &mut Report) -> Outcome {
     Ok(())
 }
 
-/// Coarsens a sphere with proved deviation.
+/// Coarsens a sphere with proved deviation, and one to look at.
 pub(super) fn decimate(report: &mut Report) -> Outcome {
     let full = body(icosphere(RADIUS, COARSE));
     let count = full.surface().faces().len();
@@ -70,6 +73,18 @@ pub(super) fn decimate(report: &mut Report) -> Outcome {
         Decimation::new(full.clone(), Progress::none())
             .map_or(0, |all| all.full().surface().faces().len())
     });
+
+    let fine = body(icosphere(RADIUS, FINE));
+    let reduced = || {
+        Decimation::up_to(fine.clone(), TOLERANCE, Progress::none())?
+            .within(TOLERANCE, Progress::none())
+    };
+    let preview = || Preview::new(fine.surface(), fine.positions().as_slice(), TOLERANCE);
+    let sides: [&mut dyn FnMut() -> usize; 2] = [
+        &mut || preview().map_or(0, |preview| preview.faces.len()),
+        &mut || reduced().map_or(0, |reduced| reduced.surface.faces().len()),
+    ];
+    report.compare("20k preview / reduced surface", BUDGET, 0.25, sides);
     Ok(())
 }
 

@@ -194,7 +194,7 @@ impl Decimation {
 }
 
 /// Checks that a surface is closed, manifold and oriented, and encloses something.
-fn check(surface: &TriangleSurface) -> Result<(), DecimateError> {
+pub(crate) fn check(surface: &TriangleSurface) -> Result<(), DecimateError> {
     for (face, &[a, b, c]) in surface.faces().iter().enumerate() {
         if a == b || b == c || c == a {
             let vertex = if b == c { b } else { a };

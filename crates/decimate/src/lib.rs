@@ -5,7 +5,8 @@
 //! its neighbors (half-edge collapse). No vertex gets a new position, so a [`ReducedSurface`]
 //! follows any deformation of the full one for free: its positions are
 //! [gathered](ReducedSurface::gather). A [`CoarseSurface`] does so with a tree for collision
-//! queries, and carries displacements back to the full surface.
+//! queries, and carries displacements back to the full surface. A [`Preview`] is for the eye alone: fast,
+//! without a proof.
 //!
 //! # Deviation
 //!
@@ -77,6 +78,7 @@ mod map_builder;
 mod mesh;
 mod mesh_point;
 mod order;
+mod preview;
 mod quadric;
 mod reduced;
 mod surfaces;
@@ -87,6 +89,7 @@ pub use glam;
 pub use crate::coarse_surface::CoarseSurface;
 pub use crate::decimation::Decimation;
 pub use crate::error::DecimateError;
+pub use crate::preview::Preview;
 pub use crate::reduced::ReducedSurface;
 
 /// Compiles the README's example.

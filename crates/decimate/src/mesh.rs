@@ -134,24 +134,27 @@ impl<'a> Mesh<'a> {
         nearest
     }
 
-    /// Moves `v` into its neighbor `u`. The two faces at their edge vanish.
+    /// Moves `v` into its neighbor `u`, and vertices that were removed near it to the nearest of the
+    /// faces that are left.
     pub(crate) fn collapse(&mut self, v: u32, u: u32) {
-        // Removed vertices go to the nearest of the faces that are left.
         let mut removed = vec![v];
         for &face in &self.stars[v as usize] {
             removed.extend_from_slice(&self.removed[face as usize]);
         }
         let nearest: Vec<u32> =
             removed.iter().map(|&vertex| self.nearest_after(v, u, vertex, 0.0).0).collect();
-        let star = std::mem::take(&mut self.stars[v as usize]);
-        for &face in &star {
+        for &face in &self.stars[v as usize] {
             self.removed[face as usize].clear();
         }
         for (vertex, face) in removed.into_iter().zip(nearest) {
             self.removed[face as usize].push(vertex);
         }
+        self.contract(v, u);
+    }
 
-        for face in star {
+    /// Moves `v` into its neighbor `u`. The two faces at their edge vanish.
+    pub(crate) fn contract(&mut self, v: u32, u: u32) {
+        for face in std::mem::take(&mut self.stars[v as usize]) {
             let corners = self.faces[face as usize];
             if corners.contains(&u) {
                 for w in corners {

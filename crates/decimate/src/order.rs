@@ -228,7 +228,7 @@ impl<'a> Order<'a> {
 }
 
 /// Computes the quadric of each vertex from its faces.
-fn quadrics(faces: &[[u32; 3]], x: &[DVec3], origin: DVec3) -> Vec<Quadric> {
+pub(crate) fn quadrics(faces: &[[u32; 3]], x: &[DVec3], origin: DVec3) -> Vec<Quadric> {
     let mut quadrics = vec![Quadric::ZERO; x.len()];
     for corners in faces {
         let quadric = Quadric::of_triangle(corners.map(|v| x[v as usize] - origin));

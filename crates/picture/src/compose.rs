@@ -8,15 +8,15 @@ use glam::DVec3;
 use crate::cast::{float, single};
 use crate::color::{Color, viridis};
 use crate::image::Image;
-use crate::layer::{Hit, Layer, Projection};
+use crate::layer::{Hit, Layer, Part, Projection};
 use crate::{Appearance, Camera, Subject};
 
 /// Layers of a band of a picture, ordered at each sample by distance alone.
 #[derive(Debug)]
-pub(crate) struct Layers {
-    solid: Layer,
-    glass: Layer,
-    contact: Layer,
+pub(crate) struct Layers<'a> {
+    solid: Layer<'a>,
+    glass: Layer<'a>,
+    contact: Layer<'a>,
     /// Samples of the band, without those around it that its outlines need.
     shown: Range<usize>,
 }
@@ -36,27 +36,28 @@ const OUTLINE_JUMP: f32 = 0.004;
 /// Brightness of an outline.
 const OUTLINE_SHADE: f64 = 0.45;
 
-impl Layers {
+impl<'a> Layers<'a> {
     /// Draws surfaces into the layers of their materials, within some rows of the picture.
     pub(crate) fn draw(
         subjects: &[Subject<'_>],
-        projections: &[Projection<'_>],
+        projections: &'a [Projection<'a>],
         camera: &Camera,
         rows: Range<usize>,
     ) -> Self {
         // Outlines look at the rows above and below.
         let drawn = rows.start.saturating_sub(1)..(rows.end + 1).min(camera.height());
         let shown = [rows.start, rows.end].map(|row| (row - drawn.start) * camera.width());
-        let layer = || Layer::new(camera, drawn.clone());
-        let (mut solid, mut glass, mut contact) = (layer(), layer(), layer());
+        let layer = |part| Layer::new(projections, part, camera, drawn.clone());
+        let (mut solid, mut glass) = (layer(Part::Whole), layer(Part::Whole));
+        let mut contact = layer(Part::Contact);
 
-        for (number, (subject, projection)) in (0..).zip(subjects.iter().zip(projections)) {
+        for (number, subject) in (0..).zip(subjects) {
             match subject.appearance {
                 Appearance::Solid => {
-                    solid.draw_all(number, projection);
-                    contact.draw_contact(number, projection);
+                    solid.draw(number);
+                    contact.draw(number);
                 }
-                Appearance::Glass => glass.draw_all(number, projection),
+                Appearance::Glass => glass.draw(number),
             }
         }
         Self { solid, glass, contact, shown: shown[0]..shown[1] }
@@ -74,48 +75,45 @@ impl Layers {
         let mut image = Image::new(width, self.shown.len() / width);
         for (sample, color) in self.shown.clone().zip(image.samples_mut()) {
             // What is opaque first, with its outline.
-            let solid = self.solid.hits()[sample];
-            if solid.is_some() {
-                *color = lit(subjects[solid.subject as usize].color, &solid);
-                if is_outline(self.solid.hits(), sample, width, jump) {
+            let solid = self.solid.hit(sample);
+            if let Some(solid) = &solid {
+                *color = lit(subjects[solid.subject as usize].color, solid);
+                if is_outline(&self.solid, sample, width, jump) {
                     *color = *color * OUTLINE_SHADE;
                 }
             }
 
             // Contact shines through it, and glass may be before both.
-            *color = self.with_contact(*color, sample, max_depth);
-            *color = self.with_glass(*color, sample, subjects);
+            let distance = solid.map_or(f32::INFINITY, |solid| solid.distance);
+            if let Some(contact) = self.contact.hit(sample) {
+                *color = under_contact(*color, distance, &contact, max_depth);
+            }
+            if let Some(glass) = self.glass.hit(sample).filter(|glass| glass.distance <= distance) {
+                *color = under_glass(*color, &glass, subjects);
+            }
         }
         image
     }
+}
 
-    fn with_contact(&self, behind: Color, sample: usize, max_depth: f64) -> Color {
-        let (contact, solid) = (self.contact.hits()[sample], self.solid.hits()[sample]);
-        if !contact.is_some() {
-            return behind;
-        }
+/// Blends contact over what is behind it, or before it at some distance.
+fn under_contact(color: Color, distance: f32, contact: &Hit, max_depth: f64) -> Color {
+    // Half lit, so that both the color map and the shape stay legible.
+    let fraction = if max_depth > 0.0 { f64::from(contact.depth) / max_depth } else { 0.0 };
+    let map = viridis(fraction);
+    let map = (map + lit(map, contact)) * 0.5;
 
-        // Half lit, so that both the color map and the shape stay legible.
-        let fraction = if max_depth > 0.0 { f64::from(contact.depth) / max_depth } else { 0.0 };
-        let color = viridis(fraction);
-        let color = (color + lit(color, &contact)) * 0.5;
+    // A sample's width before the contact counts as its own surface.
+    let is_hidden = distance < contact.distance - 0.5;
+    color.under(map, if is_hidden { HIDDEN_CONTACT_OPACITY } else { 1.0 })
+}
 
-        // A sample's width before the contact counts as its own surface.
-        let is_hidden = solid.distance < contact.distance - 0.5;
-        behind.under(color, if is_hidden { HIDDEN_CONTACT_OPACITY } else { 1.0 })
-    }
-
-    fn with_glass(&self, behind: Color, sample: usize, subjects: &[Subject<'_>]) -> Color {
-        let (glass, solid) = (self.glass.hits()[sample], self.solid.hits()[sample]);
-        if !glass.is_some() || glass.distance > solid.distance {
-            return behind;
-        }
-
-        // The outline of glass is denser than its middle.
-        let grazing = 1.0 - f64::from(glass.normal.z).abs().min(1.0);
-        let opacity = GLASS_FACE_ON + (GLASS_EDGE_ON - GLASS_FACE_ON) * grazing.powi(3);
-        behind.under(subjects[glass.subject as usize].color, opacity)
-    }
+/// Blends glass over what is behind it.
+fn under_glass(color: Color, glass: &Hit, subjects: &[Subject<'_>]) -> Color {
+    // The outline of glass is denser than its middle.
+    let grazing = 1.0 - f64::from(glass.normal.z).abs().min(1.0);
+    let opacity = GLASS_FACE_ON + (GLASS_EDGE_ON - GLASS_FACE_ON) * grazing.powi(3);
+    color.under(subjects[glass.subject as usize].color, opacity)
 }
 
 /// Directions to the lights (right, up, towards the viewer) with their strengths: one at
@@ -139,13 +137,13 @@ fn lit(color: Color, hit: &Hit) -> Color {
 }
 
 /// Returns true on the farther side of a jump in distance.
-fn is_outline(hits: &[Hit], sample: usize, width: usize, jump: f32) -> bool {
-    let here = hits[sample].distance;
+fn is_outline(layer: &Layer<'_>, sample: usize, width: usize, jump: f32) -> bool {
+    let Some(here) = layer.distance(sample) else { return false };
     for neighbor in [sample.wrapping_sub(1), sample + 1, sample.wrapping_sub(width), sample + width]
     {
         // Beyond the picture there is no neighbor.
-        let Some(hit) = hits.get(neighbor) else { continue };
-        if here - hit.distance > jump || !hit.is_some() {
+        let Some(distance) = layer.distance(neighbor) else { continue };
+        if here - distance > jump || distance == f32::INFINITY {
             return true;
         }
     }

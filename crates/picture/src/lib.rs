@@ -19,6 +19,7 @@ mod layer;
 mod slice;
 
 use glam::DVec3;
+use surface::parallel;
 
 pub use self::balls::draw_balls_and_error;
 pub use self::camera::Camera;
@@ -72,7 +73,7 @@ pub struct ContactPoint {
 /// outlines of bones, four take twice as long for little.
 const SAMPLES: usize = 3;
 
-/// Rows of pixels that are drawn at once: the layers of their samples have the memory of a few pictures.
+/// Rows of pixels that a thread draws at once: the layers of their samples have the memory of a few pictures.
 const BAND: usize = 64;
 
 /// Draws surfaces; the top of the color map stands for `max_depth`.
@@ -86,12 +87,15 @@ fn draw_in_bands(subjects: &[Subject<'_>], camera: &Camera, max_depth: f64, rows
     let projections: Vec<Projection<'_>> =
         subjects.iter().map(|subject| Projection::new(subject, &fine)).collect();
 
-    let mut image = Image::new(camera.width(), 0);
-    for first in (0..camera.height()).step_by(rows) {
-        let end = (first + rows).min(camera.height());
+    let draw_band = |band: usize| {
+        let (first, end) = (band * rows, ((band + 1) * rows).min(camera.height()));
         let samples = SAMPLES * first..SAMPLES * end;
         let layers = Layers::draw(subjects, &projections, &fine, samples);
-        image.add_below(&layers.compose(subjects, &fine, max_depth).averaged(SAMPLES));
+        layers.compose(subjects, &fine, max_depth).averaged(SAMPLES)
+    };
+    let mut image = Image::new(camera.width(), 0);
+    for band in parallel::map(camera.height().div_ceil(rows), draw_band) {
+        image.add_below(&band);
     }
     image
 }

@@ -5,6 +5,7 @@ use std::io;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use rayon::prelude::*;
 
 use super::check_tables::{Section, bodies, pair_sections};
 use super::document::CheckDocument;
@@ -74,8 +75,8 @@ fn overview_figures(overview: &[View], document: &CheckDocument) -> io::Result<S
         "<p>No bodies overlap.</p>\n".to_owned()
     };
     html += "<div class=\"sights\">\n";
-    for view in overview {
-        html += &figure(view, document)?;
+    for figure in figures(overview, document)? {
+        html += &figure;
     }
     html += "</div>\n";
     if let Some(view) = overview.first().filter(|_| has_overlaps) {
@@ -105,11 +106,15 @@ fn joint_figures(joints: &[View], document: &CheckDocument) -> io::Result<String
 
 fn figures_with_scales(views: &[View], document: &CheckDocument) -> io::Result<String> {
     let mut html = String::new();
-    for view in views {
-        let (figure, legend) = (figure(view, document)?, legend(&view.scale, document));
-        html += &format!("<div>\n{figure}{legend}</div>\n");
+    for (view, figure) in views.iter().zip(figures(views, document)?) {
+        html += &format!("<div>\n{figure}{}</div>\n", legend(&view.scale, document));
     }
     Ok(html)
+}
+
+/// Encodes pictures, each with its scale bar and caption.
+fn figures(views: &[View], document: &CheckDocument) -> io::Result<Vec<String>> {
+    views.par_iter().map(|view| figure(view, document)).collect()
 }
 
 fn figure(view: &View, document: &CheckDocument) -> io::Result<String> {

@@ -22,7 +22,7 @@ fn samples(mesh: &Mesh, count: usize) -> Vec<DVec3> {
 
 /// Computes the largest distance of a point from a mesh, over all faces whose bounding sphere
 /// is near enough.
-fn max_distance(points: impl Iterator<Item = DVec3>, mesh: &Mesh) -> f64 {
+pub(crate) fn max_distance(points: impl Iterator<Item = DVec3>, mesh: &Mesh) -> f64 {
     let bounding_sphere = |face: usize| {
         let (center, corners) = (mesh.centroid(face), mesh.corners(face));
         (center, corners.iter().map(|p| p.distance(center)).fold(0.0, f64::max))

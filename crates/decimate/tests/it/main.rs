@@ -3,6 +3,7 @@
 mod anatomy;
 mod certificate;
 mod coarse_surface;
+mod preview;
 mod reduced;
 
 use decimate::{DecimateError, Decimation, ReducedSurface};

@@ -1,17 +1,16 @@
 //! Bodies of a page, with fewer faces where a scene has too many.
 
-use musculo_collide::decimate::Decimation;
-use musculo_collide::proximity::SurfaceTree;
+use musculo_collide::decimate::Preview;
 use musculo_collide::surface::Aabb;
-use musculo_collide::{Body, Progress, Scene};
+use musculo_collide::{Body, Scene};
 use rayon::prelude::*;
 
 /// Faces of a scene that a page shows as they are: some two megabytes.
 const MAX_FACES: usize = 120_000;
 
-/// Deviation of a coarser surface, relative to the diagonal of its body: below a pixel where the
-/// body fills the view.
-const DEVIATION: f64 = 1e-3;
+/// Distance of vertices from a coarser surface, about, relative to the diagonal of their body: below a
+/// pixel where the body fills the view.
+const TOLERANCE: f64 = 1e-3;
 
 /// Surfaces of all bodies in a page, in their order. They serve all states of a scene: vertices are
 /// those of the bodies themselves.
@@ -28,7 +27,7 @@ pub(super) struct ShownSurface {
 }
 
 impl ShownSurfaces {
-    /// Returns the surfaces of a scene, decimated at its present state where it is too fine.
+    /// Returns the surfaces of a scene, thinned out at its present state where it is too fine.
     pub(crate) fn new(scene: &Scene) -> Self {
         let mut faces = 0;
         for body in scene.bodies() {
@@ -48,11 +47,9 @@ fn shown_surface(body: &Body, is_fine: bool) -> ShownSurface {
     ShownSurface { vertices, faces: surface.faces().to_vec() }
 }
 
-/// Decimates a body; `None` where its surface is not closed and clean, and stays as it is.
+/// Thins out a body; `None` where its surface is not closed and clean, and stays as it is.
 fn coarse_surface(body: &Body) -> Option<ShownSurface> {
-    let max_deviation = DEVIATION * Aabb::of_points(body.positions().iter().copied()).diagonal();
-    let tree = SurfaceTree::new(body.surface().clone(), body.positions().to_vec()).ok()?;
-    let decimation = Decimation::up_to(tree, max_deviation, Progress::none()).ok()?;
-    let reduced = decimation.within(max_deviation, Progress::none()).ok()?;
-    Some(ShownSurface { vertices: reduced.kept, faces: reduced.surface.faces().to_vec() })
+    let tolerance = TOLERANCE * Aabb::of_points(body.positions().iter().copied()).diagonal();
+    let Preview { kept, faces } = Preview::new(body.surface(), body.positions(), tolerance).ok()?;
+    Some(ShownSurface { vertices: kept, faces })
 }
