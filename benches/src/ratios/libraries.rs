@@ -80,10 +80,10 @@ pub(super) fn decimate(report: &mut Report) -> Outcome {
             .within(TOLERANCE, Progress::none())
     };
     let preview = || Preview::new(fine.surface(), fine.positions().as_slice(), TOLERANCE);
-    let sides: [&mut dyn FnMut() -> usize; 2] = [
-        &mut || preview().map_or(0, |preview| preview.faces.len()),
-        &mut || reduced().map_or(0, |reduced| reduced.surface.faces().len()),
-    ];
+    let sides: [&mut dyn FnMut() -> usize; 2] =
+        [&mut || preview().map_or(0, |preview| preview.faces.len()), &mut || {
+            reduced().map_or(0, |reduced| reduced.surface.faces().len())
+        }];
     report.compare("20k preview / reduced surface", BUDGET, 0.25, sides);
     Ok(())
 }
