@@ -55,8 +55,8 @@ impl Tissue {
                     Some(before) => before,
                     None => self.self_crossings(tree, progress)?,
                 };
-                let anew = crossing.into_iter().filter(|pair| !before.contains(pair));
-                faces.extend(anew.flatten());
+                let is_anew = |pair: &[u32; 2]| !before.contains(pair) && !self.is_tangled(pair);
+                faces.extend(crossing.into_iter().filter(is_anew).flatten());
                 crossed_before = Some(before);
             }
             if faces.is_empty() {

@@ -59,6 +59,8 @@ pub(crate) struct Tissue {
     /// Positions after the best round, |V|.
     pub(crate) best: Vec<DVec3>,
     pub(crate) damage: Damage,
+    /// Faces of what crosses itself and is being taken apart, ascending.
+    pub(crate) tangle: Vec<u32>,
     /// Number of [new self-crossings](Tissue::count_new_self_crossings) at the present positions, once
     /// they are counted.
     pub(crate) counted_crossings: Option<usize>,
@@ -155,6 +157,7 @@ impl Tissue {
             u: vec![DVec3::ZERO; x.len()],
             best: x.to_vec(),
             damage: Damage::default(),
+            tangle: Vec::new(),
             counted_crossings: None,
             surface,
         };
