@@ -5,14 +5,16 @@
 //! on its side of a plane of this direction, which the displacement of least elastic energy brings about. On
 //! the way, faces of a tangle may cross others of it: a fold of several faces opens one after the other.
 
+use std::ops::Range;
+
 use glam::DVec3;
 use scene::{Body, BodyId, PairId};
-use surface::{Meeting, closest_between_triangles, triangles_meet};
+use surface::{Meeting, closest_between_triangles, triangle, triangles_meet};
 
 use crate::ResolveError;
 use crate::detection::clearance;
 use crate::elastic::{ElasticProblem, GapRow, Terms};
-use crate::run::Run;
+use crate::run::{Run, TOUCHING};
 use crate::tissue::{Tissue, corners_at, fitted_tree};
 
 /// Steps per body. Below, folds of several edges remain; above, hopeless ones take longer.
@@ -75,9 +77,10 @@ impl Run<'_> {
     /// Makes the rows by which a body's own faces come apart that cross and did not at the start.
     fn uncrossing_rows(&self, number: usize, faces: &[[u32; 2]]) -> Vec<GapRow> {
         let (tissue, body) = (&self.tissues[number], &self.scene.bodies()[number]);
+        let opening = self.gap_slack()..clearance(&self.params);
         let mut rows = Vec::new();
         for &pair in faces {
-            tissue.add_plane_rows(body, pair, clearance(&self.params), &mut rows);
+            tissue.add_plane_rows(body, pair, &opening, &mut rows);
         }
         rows
     }
@@ -139,12 +142,13 @@ impl Tissue {
     }
 
     /// Adds a row for each corner of one face and each of another that are not on their sides of a plane which
-    /// was between the faces at the start; none where they crossed then.
+    /// was between the faces at the start; none where they crossed then. They open to their distance at the
+    /// start, within a range.
     fn add_plane_rows(
         &self,
         body: &Body,
         [a, b]: [u32; 2],
-        clearance: f64,
+        opening: &Range<f64>,
         rows: &mut Vec<GapRow>,
     ) {
         // The plane at the start, and how far the faces were from each other across it.
@@ -153,8 +157,13 @@ impl Tissue {
             return;
         }
         let feet = closest_between_triangles(face_a, face_b);
-        let Some(normal) = (feet.points[1] - feet.points[0]).try_normalize() else { return };
-        let target = feet.distance().min(clearance);
+        let normal = if feet.distance() > TOUCHING * opening.end {
+            (feet.points[1] - feet.points[0]).try_normalize()
+        } else {
+            normal_between(face_a, face_b)
+        };
+        let Some(normal) = normal else { return };
+        let target = feet.distance().min(opening.end).max(opening.start);
 
         let (x, first) = (body.positions(), body.particles().start);
         for i in self.corners(a) {
@@ -170,10 +179,34 @@ impl Tissue {
     }
 }
 
+/// Returns the normal, from one to the other, of the plane between two triangles that touch: one of theirs, or
+/// of an edge of each.
+fn normal_between(a: [DVec3; 3], b: [DVec3; 3]) -> Option<DVec3> {
+    let edges = |[a, b, c]: [DVec3; 3]| [b - a, c - b, a - c];
+    let mut axes = vec![triangle::normal(a), triangle::normal(b)];
+    for edge_a in edges(a) {
+        axes.extend(edges(b).map(|edge_b| edge_a.cross(edge_b)));
+    }
+
+    // That along which they overlap least.
+    let (mut best, mut most) = (None, f64::NEG_INFINITY);
+    for axis in axes.into_iter().filter_map(DVec3::try_normalize) {
+        for axis in [axis, -axis] {
+            let end_of_a = a.map(|p| p.dot(axis)).into_iter().fold(f64::NEG_INFINITY, f64::max);
+            let start_of_b = b.map(|p| p.dot(axis)).into_iter().fold(f64::INFINITY, f64::min);
+            if start_of_b - end_of_a > most {
+                most = start_of_b - end_of_a;
+                best = Some(axis);
+            }
+        }
+    }
+    best
+}
+
 #[cfg(test)]
 mod tests {
     use fixtures::random::Random;
-    use fixtures::shapes;
+    use fixtures::{Mesh, shapes};
     use scene::{BodyKind, CheckParams, PairReport, Scene};
     use surface::progress::Progress;
 
@@ -206,6 +239,34 @@ mod tests {
         assert_eq!(crossings.expect("crossings"), Vec::<[u32; 2]>::new());
         let reports = scene.check(&CheckParams::without_measures(9.0), Progress::none());
         assert!(!reports.expect("reports")[0].overlaps);
+    }
+
+    /// A body of two parts, of which one stands on the other with its tip, and is pressed into it.
+    #[test]
+    fn what_touched_at_the_start_comes_apart() {
+        let plate = shapes::plate(DVec3::new(8.0, 8.0, 2.0), [4, 4]).translated(-DVec3::Z);
+        let tip = DVec3::new(0.3, 0.6, 0.0);
+        let around =
+            [DVec3::new(2.0, 0.0, 3.0), DVec3::new(-2.0, 2.0, 3.0), DVec3::new(-1.0, -2.0, 3.0)];
+        let positions = vec![tip, tip + around[0], tip + around[1], tip + around[2]];
+        let faces = vec![[0, 2, 1], [0, 3, 2], [0, 1, 3], [1, 2, 3]];
+        let standing = Mesh { positions, faces };
+        let bone = shapes::cube(1.0).translated(DVec3::Z * -9.0);
+        let mut scene = bone_and_muscle(bone, plate.clone().joined(&standing));
+        let (params, conditions) = (ResolveParams::with_smoothing(6.0), Conditions::default());
+        let run = Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none());
+        let mut run = run.expect("a run");
+        assert_eq!(run.crossing_faces(1).expect("faces"), Vec::<[u32; 2]>::new());
+
+        let pressed = |(number, x): (usize, &DVec3)| {
+            if number < plate.positions.len() { *x } else { *x - 0.3 * DVec3::Z }
+        };
+        run.move_soft(|_, x| Some(x.iter().enumerate().map(pressed).collect())).expect("positions");
+        assert!(!run.crossing_faces(1).expect("faces").is_empty());
+        run.uncross_anew().expect("a state");
+        assert_eq!(run.crossing_faces(1).expect("faces"), Vec::<[u32; 2]>::new());
+        let way = run.scene.bodies()[1].positions()[plate.positions.len()] - tip;
+        assert!(way.truncate().length() < 0.1, "the tip leaves by the way it came, not {way}");
     }
 
     /// Thin bodies of which a few vertices are at random places inside and beyond the other side.
