@@ -9,6 +9,10 @@ use crate::exempt::Exempt;
 use crate::resolver::{move_soft_bodies, soft_positions};
 use crate::{BrokenLimit, GapObstacle, Obstacle, Remaining, Resolution, ResolveError, Resolver};
 
+/// Attempts with ever more pairs left or bodies held. Below, one that holds up others is not found where there
+/// are several; above, scenes that cannot be freed take longer.
+const MAX_ATTEMPTS: usize = 4;
+
 impl Resolver {
     /// Removes overlaps with the pairs left as they are that an end names as having no side to be pushed to, if that
     /// leaves less; `exempt` has these pairs then.
@@ -24,16 +28,16 @@ impl Resolver {
         if sideless.pairs.is_empty() || !end.is_left_without(&sideless) {
             return Ok(end);
         }
-        let (end, is_better) = self.exempting(scene, end, rest, &sideless, progress)?;
-        if is_better {
+        let (end, worse) = self.exempting(scene, end, rest, &sideless, progress)?;
+        if worse.is_none() {
             *exempt = sideless;
         }
         Ok(end)
     }
 
     /// Removes overlaps with the pairs left as they are that no round freed, as those of a muscle without room, if that
-    /// leaves less: where it is pushed out into others, no round is accepted, however many pairs are free in it. Again
-    /// as long as it does; `exempt` has these pairs then, too.
+    /// leaves less: where it is pushed out into others, no round is accepted, however many pairs are free in it. With more
+    /// of them as long as rounds free others; `exempt` has these pairs then, too.
     pub(crate) fn leave_unfreed(
         &mut self,
         scene: &mut Scene,
@@ -42,22 +46,19 @@ impl Resolver {
         exempt: &mut Exempt,
         progress: Progress<'_>,
     ) -> Result<Resolution, ResolveError> {
-        // Pairs of two soft bodies only where leaving those with a rigid one is not enough.
-        let mut with_soft = false;
-        while end.frees_less_than_a_round() {
-            let unfreed = end.unfreed_pairs(scene, exempt, with_soft);
-            let with_unfreed =
-                Exempt { pairs: [&exempt.pairs[..], &unfreed].concat(), ..exempt.clone() };
-            let mut is_better = false;
-            if !unfreed.is_empty() && end.is_left_without(&with_unfreed) {
-                (end, is_better) = self.exempting(scene, end, rest, &with_unfreed, progress)?;
-            }
-            if is_better {
-                *exempt = with_unfreed;
-            } else if with_soft {
+        let (mut tried, mut worse) = (exempt.clone(), None);
+        for _ in 0..MAX_ATTEMPTS {
+            let last = worse.as_ref().unwrap_or(&end);
+            let unfreed = last.unfreed_pairs(scene, &tried);
+            tried.pairs.extend(&unfreed);
+            let frees_others = last.frees_less_than_a_round() && end.is_left_without(&tried);
+            if unfreed.is_empty() || !frees_others {
                 break;
             }
-            with_soft = !is_better;
+            (end, worse) = self.exempting(scene, end, rest, &tried, progress)?;
+            if worse.is_none() {
+                exempt.clone_from(&tried);
+            }
         }
         Ok(end)
     }
@@ -80,37 +81,45 @@ impl Resolver {
         }
         let mut broken = end.broken_limits.clone();
         broken.retain(|limit| soft.iter().any(|pair| pair.bodies().contains(&limit.body)));
-        let (end, is_better) = self.exempting(scene, end, rest, &with_soft, progress)?;
-        if !is_better {
+        let (end, worse) = self.exempting(scene, end, rest, &with_soft, progress)?;
+        if worse.is_some() {
             return Ok((end, Vec::new()));
         }
         *exempt = with_soft;
         Ok((end, broken))
     }
 
-    /// Removes overlaps with the bodies held that left their limits, which would else hold up all others;
-    /// again as long as other bodies leave theirs, and less is left.
+    /// Removes overlaps with the bodies held that left their limits, which would else hold up all others, if that leaves
+    /// less; again as long as other bodies leave theirs.
     pub(crate) fn hold_broken(
         &mut self,
         scene: &mut Scene,
-        mut resolution: Resolution,
+        mut end: Resolution,
         rest: &[Vec<DVec3>],
         mut exempt: Exempt,
         progress: Progress<'_>,
     ) -> Result<Resolution, ResolveError> {
-        let mut is_better = true;
-        while is_better
-            && !self.params.keep_going
-            && resolution.add_broken_bodies(&mut exempt.bodies)
-            && resolution.is_left_without(&exempt)
-        {
-            (resolution, is_better) = self.exempting(scene, resolution, rest, &exempt, progress)?;
+        // Limits that bodies left in ends that were no better.
+        let (mut worse, mut beyond): (Option<Resolution>, Vec<BrokenLimit>) = (None, Vec::new());
+        for _ in 0..MAX_ATTEMPTS {
+            let last = worse.as_ref().unwrap_or(&end);
+            let holds_more = last.add_broken_bodies(&mut exempt.bodies);
+            if self.params.keep_going || !holds_more || !end.is_left_without(&exempt) {
+                break;
+            }
+            if let Some(worse) = worse {
+                beyond.extend(worse.broken_limits);
+            }
+            (end, worse) = self.exempting(scene, end, rest, &exempt, progress)?;
+            if worse.is_none() && !end.resolved {
+                end.broken_limits.splice(0..0, std::mem::take(&mut beyond));
+            }
         }
-        Ok(resolution)
+        Ok(end)
     }
 
     /// Removes overlaps with some bodies held and pairs left as they are; takes the scene back to an earlier end, and
-    /// returns that one, where no less is left. Returns true if less is.
+    /// returns that one before the new one, where no less is left.
     fn exempting(
         &mut self,
         scene: &mut Scene,
@@ -118,7 +127,7 @@ impl Resolver {
         rest: &[Vec<DVec3>],
         exempt: &Exempt,
         progress: Progress<'_>,
-    ) -> Result<(Resolution, bool), ResolveError> {
+    ) -> Result<(Resolution, Option<Resolution>), ResolveError> {
         let (last_carried, last_end) = (std::mem::take(&mut self.carried), soft_positions(scene));
         move_soft_bodies(scene, rest)?;
         let before = Some(&end.before[..]);
@@ -126,13 +135,13 @@ impl Resolver {
         if next.left() >= end.left() {
             self.carried = last_carried;
             move_soft_bodies(scene, &last_end)?;
-            return Ok((end, false));
+            return Ok((end, Some(next)));
         }
         next.name_exempt(exempt, &end);
         if !next.resolved && !exempt.bodies.is_empty() {
             next.broken_limits.splice(0..0, end.broken_limits);
         }
-        Ok((next, true))
+        Ok((next, None))
     }
 }
 
@@ -158,18 +167,28 @@ impl Resolution {
         self.broken_limits.is_empty() && self.unfreed.len() < self.remaining.len()
     }
 
-    /// Lists the pairs that no round freed and that are not exempt, of those that overlapped at the start; those of two
-    /// soft bodies only `with_soft`.
-    fn unfreed_pairs(&self, scene: &Scene, exempt: &Exempt, with_soft: bool) -> Vec<PairId> {
-        let mut pairs = Vec::new();
+    /// Lists the pairs that no round freed and that are not exempt, of those that overlapped at the start: those with a
+    /// rigid body, or else the others, or else all of soft bodies that a round has pressed into others.
+    fn unfreed_pairs(&self, scene: &Scene, exempt: &Exempt) -> Vec<PairId> {
+        let (mut with_rigid, mut soft, mut around) = (Vec::new(), Vec::new(), Vec::new());
         for Remaining { pair, at_first, .. } in &self.remaining {
-            let has_rigid = pair.bodies().iter().any(|body| scene.body(*body).is_rigid());
-            let is_unfreed = *at_first && self.unfreed.contains(pair);
-            if is_unfreed && !exempt.pairs.contains(pair) && (has_rigid || with_soft) {
-                pairs.push(*pair);
+            if !*at_first || exempt.pairs.contains(pair) {
+                continue;
+            }
+            let is_moved = |body: &BodyId| {
+                let is_unfreed = self.unfreed.iter().any(|unfreed| unfreed.contains(*body));
+                is_unfreed && !scene.body(*body).is_rigid()
+            };
+            if pair.bodies().iter().any(is_moved) {
+                around.push(*pair);
+            }
+            if self.unfreed.contains(pair) {
+                let has_rigid = pair.bodies().iter().any(|body| scene.body(*body).is_rigid());
+                if has_rigid { with_rigid.push(*pair) } else { soft.push(*pair) }
             }
         }
-        pairs
+        let lists = [with_rigid, soft, around];
+        lists.into_iter().find(|pairs| !pairs.is_empty()).unwrap_or_default()
     }
 
     /// Lists the pairs of two soft bodies that are left: those with the most bodies beyond limits, since an earlier
