@@ -261,3 +261,42 @@ impl Obstacle {
         matches!(self, Self::Enclosed | Self::Pierced | Self::NearlyCoincident)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use fixtures::shapes;
+    use scene::BodyKind;
+
+    use super::*;
+    use crate::ResolveParams;
+
+    /// A bone in two muscles, which overlap each other and are beside a third one.
+    #[test]
+    fn pairs_that_no_round_frees_are_left_before_those_of_bodies_that_are_pressed_into_others() {
+        let ball = |x: f64| shapes::icosphere(2.0, 2).translated(DVec3::X * x);
+        let mut scene = Scene::new();
+        let bodies = [("bone", 0.0), ("left", -1.5), ("right", 1.5), ("beside", 5.6)];
+        for (number, (name, x)) in bodies.into_iter().enumerate() {
+            let kind = if number == 0 { BodyKind::Rigid } else { BodyKind::Deformable };
+            scene.add(name, kind, ball(x).surface(), ball(x).positions).expect("a body");
+        }
+        let [bone, left, right, beside] = bodies.map(|(name, _)| scene.find(name).expect("a body"));
+        let params = ResolveParams { max_rounds: 0, ..ResolveParams::with_smoothing(1.0) };
+        let mut end = crate::resolve(&mut scene, &params, Progress::none()).expect("a resolution");
+        let pairs = [PairId::new(bone, left), PairId::new(bone, right), PairId::new(left, right)];
+        let at_first: Vec<PairId> = end.remaining.iter().map(|left| left.pair).collect();
+        assert_eq!(at_first, pairs);
+
+        // Those with bones, then others, then what a body that was pressed into another one had at first.
+        let [_, bone_right, soft] = pairs;
+        let mut next = |unfreed: &[PairId], exempt: &[PairId]| {
+            end.unfreed = unfreed.to_vec();
+            end.unfreed_pairs(&scene, &Exempt { pairs: exempt.to_vec(), ..Exempt::NONE })
+        };
+        assert_eq!(next(&[bone_right, soft], &[]), [bone_right]);
+        assert_eq!(next(&[bone_right, soft], &[bone_right]), [soft]);
+        let anew = PairId::new(right, beside);
+        assert_eq!(next(&[anew], &[soft]), [bone_right]);
+        assert_eq!(next(&[anew], &[bone_right, soft]), []);
+    }
+}

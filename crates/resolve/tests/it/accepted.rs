@@ -3,7 +3,7 @@
 
 use fixtures::shapes;
 use glam::DVec3;
-use resolve::{Obstacle, Resolution, ResolveParams};
+use resolve::{BodyStiffness, Conditions, Obstacle, Resolution, ResolveParams, Resolver};
 use scene::{BodyKind, CheckParams, Scene};
 use surface::progress::Progress;
 
@@ -128,4 +128,34 @@ fn a_body_beyond_its_limits_holds_up_no_other() {
     let [broken] = resolution.broken_limits[..] else { panic!("{:?}", resolution.broken_limits) };
     assert!(broken.strain > params.max_strain && !resolution.resolved, "{broken:?}");
     assert!(resolution.bodies[3].max_displacement > 2.0, "{:?}", resolution.bodies[3].body);
+}
+
+/// A soft muscle is pierced, and a stiff one that it yields to has its own limits where the soft one is held.
+#[test]
+fn bodies_that_leave_their_limits_one_after_the_other_hold_up_no_other() {
+    let spike = shapes::ellipsoid(DVec3::new(0.8, 0.8, 9.0), 2);
+    let muscle = shapes::icosphere(14.0, 2).translated(DVec3::Z * 20.0);
+    let far = DVec3::X * 60.0;
+    let plate = shapes::plate(DVec3::new(24.0, 24.0, 10.0), [6, 6]);
+    let mut scene = scene_of([
+        ("spike", BodyKind::Rigid, spike),
+        ("pierced", BodyKind::Deformable, muscle.clone().translated(DVec3::Z * -3.0)),
+        ("stiff", BodyKind::Deformable, muscle.clone().translated(DVec3::Z * 19.0)),
+        ("plate", BodyKind::Rigid, plate.translated(far)),
+        ("pressed", BodyKind::Deformable, muscle.translated(far - DVec3::Z * 4.0)),
+    ]);
+    let pierced = scene.find("pierced").expect("a body");
+    let stiffnesses = vec![BodyStiffness { body: pierced, factor: 0.02 }];
+    let conditions = Conditions { stiffnesses, ..Conditions::default() };
+    let params = ResolveParams { max_strain: 0.1, ..PARAMS };
+    let mut resolver = Resolver::new(params).expect("parameters").with_conditions(conditions);
+    let resolution = resolver.resolve(&mut scene, Progress::none()).expect("a resolution");
+    let mut names = Vec::new();
+    for left in &resolution.remaining {
+        assert_eq!(left.obstacle, Obstacle::Limits);
+        names.push(scene.names(left.pair));
+    }
+    assert_eq!(names, [["spike", "pierced"], ["pierced", "stiff"]]);
+    assert_eq!(resolution.broken_limits.len(), 2, "{:?}", resolution.broken_limits);
+    assert!(!resolution.resolved && resolution.bodies[4].max_displacement > 2.0);
 }
