@@ -91,9 +91,11 @@ impl<'a> Mesh<'a> {
             let (before, after) = (triangle::normal(old), triangle::normal(new));
             let length = (before.length_squared() * after.length_squared()).sqrt();
 
-            let is_turned = before.dot(after) < MIN_COSINE * length;
-            let is_needle = shape(new, after) < MIN_SHAPE.min(shape(old, before));
-            if is_turned || is_needle {
+            if before.dot(after) < MIN_COSINE * length {
+                return false;
+            }
+            let new_shape = shape(new, after);
+            if new_shape < MIN_SHAPE && new_shape < shape(old, before) {
                 return false;
             }
         }

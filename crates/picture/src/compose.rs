@@ -63,36 +63,58 @@ impl<'a> Layers<'a> {
         Self { solid, glass, contact, shown: shown[0]..shown[1] }
     }
 
-    /// Computes the color of every sample.
+    /// Computes the colors of pixels, each the mean of `side` × `side` samples in linear light.
     pub(crate) fn compose(
         &self,
         subjects: &[Subject<'_>],
         camera: &Camera,
         max_depth: f64,
+        side: usize,
     ) -> Image {
-        let width = camera.width();
-        let jump = OUTLINE_JUMP * single(float(camera.height()));
-        let mut image = Image::new(width, self.shown.len() / width);
-        for (sample, color) in self.shown.clone().zip(image.samples_mut()) {
-            // What is opaque first, with its outline.
-            let solid = self.solid.hit(sample);
-            if let Some(solid) = &solid {
-                *color = lit(subjects[solid.subject as usize].color, solid);
-                if is_outline(&self.solid, sample, width, jump) {
-                    *color = *color * OUTLINE_SHADE;
+        let (width, columns) = (camera.width(), camera.width() / side);
+        let share = 1.0 / float(side * side);
+        let mut image = Image::new(columns, self.shown.len() / width / side);
+        for (pixel, color) in image.pixels_mut().iter_mut().enumerate() {
+            let first = self.shown.start + pixel / columns * side * width + pixel % columns * side;
+            let mut sum = Color::WHITE * 0.0;
+            for row in 0..side {
+                for sample in first + row * width..first + row * width + side {
+                    sum = sum + self.color(sample, subjects, camera, max_depth);
                 }
             }
-
-            // Contact shines through it, and glass may be before both.
-            let distance = solid.map_or(f32::INFINITY, |solid| solid.distance);
-            if let Some(contact) = self.contact.hit(sample) {
-                *color = under_contact(*color, distance, &contact, max_depth);
-            }
-            if let Some(glass) = self.glass.hit(sample).filter(|glass| glass.distance <= distance) {
-                *color = under_glass(*color, &glass, subjects);
-            }
+            *color = sum * share;
         }
         image
+    }
+
+    /// Computes the color of a sample.
+    fn color(
+        &self,
+        sample: usize,
+        subjects: &[Subject<'_>],
+        camera: &Camera,
+        max_depth: f64,
+    ) -> Color {
+        // What is opaque first, with its outline.
+        let mut color = Color::WHITE;
+        let solid = self.solid.hit(sample);
+        if let Some(solid) = &solid {
+            color = lit(subjects[solid.subject as usize].color, solid);
+            let jump = OUTLINE_JUMP * single(float(camera.height()));
+            if is_outline(&self.solid, sample, camera.width(), jump) {
+                color = color * OUTLINE_SHADE;
+            }
+        }
+
+        // Contact shines through it, and glass may be before both.
+        let distance = solid.map_or(f32::INFINITY, |solid| solid.distance);
+        if let Some(contact) = self.contact.hit(sample) {
+            color = under_contact(color, distance, &contact, max_depth);
+        }
+        if let Some(glass) = self.glass.hit(sample).filter(|glass| glass.distance <= distance) {
+            color = under_glass(color, &glass, subjects);
+        }
+        color
     }
 }
 

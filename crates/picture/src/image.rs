@@ -2,7 +2,6 @@
 
 use std::io;
 
-use crate::cast::float;
 use crate::color::Color;
 
 /// Raster image of colors, row by row from the top.
@@ -10,41 +9,21 @@ use crate::color::Color;
 pub struct Image {
     width: usize,
     height: usize,
-    samples: Vec<Color>,
+    pixels: Vec<Color>,
 }
 
 impl Image {
     pub(crate) fn new(width: usize, height: usize) -> Self {
-        Self { width, height, samples: vec![Color::WHITE; width * height] }
+        Self { width, height, pixels: vec![Color::WHITE; width * height] }
     }
 
-    pub(crate) fn samples_mut(&mut self) -> &mut [Color] {
-        &mut self.samples
-    }
-
-    /// Averages squares of `side` × `side` samples, in linear light.
-    pub(crate) fn averaged(&self, side: usize) -> Self {
-        // Samples beyond the last whole square are left out.
-        let mut image = Self::new(self.width / side, self.height / side);
-        let share = 1.0 / float(side * side);
-        for row in 0..image.height {
-            for column in 0..image.width {
-                let mut sum = Color::WHITE * 0.0;
-                for y in row * side..(row + 1) * side {
-                    let start = y * self.width + column * side;
-                    for &color in &self.samples[start..start + side] {
-                        sum = sum + color;
-                    }
-                }
-                image.samples[row * image.width + column] = sum * share;
-            }
-        }
-        image
+    pub(crate) fn pixels_mut(&mut self) -> &mut [Color] {
+        &mut self.pixels
     }
 
     /// Adds the rows of a picture of the same width.
     pub(crate) fn add_below(&mut self, other: &Self) {
-        self.samples.extend(&other.samples);
+        self.pixels.extend(&other.pixels);
         self.height += other.height;
     }
 
@@ -59,8 +38,8 @@ impl Image {
         // Row by row, each image right of the one before.
         let mut left = 0;
         for image in images {
-            for (row, colors) in image.samples.chunks_exact(image.width).enumerate() {
-                joined.samples[row * width + left..][..image.width].copy_from_slice(colors);
+            for (row, colors) in image.pixels.chunks_exact(image.width).enumerate() {
+                joined.pixels[row * width + left..][..image.width].copy_from_slice(colors);
             }
             left += image.width;
         }
@@ -83,8 +62,8 @@ impl Image {
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
 
         // All pixels at once.
-        let mut pixels = Vec::with_capacity(3 * self.samples.len());
-        for color in &self.samples {
+        let mut pixels = Vec::with_capacity(3 * self.pixels.len());
+        for color in &self.pixels {
             pixels.extend(color.to_srgb());
         }
         let mut writer = encoder.write_header()?;
@@ -99,20 +78,9 @@ mod tests {
     use super::*;
 
     #[test]
-    fn averages_in_linear_light() {
-        let mut image = Image::new(2, 2);
-        image.samples_mut()[0] = Color::WHITE * 0.0;
-        image.samples_mut()[3] = Color::WHITE * 0.0;
-        let averaged = image.averaged(2);
-        // Half the light is the byte 188, not 128.
-        assert_eq!(averaged.samples, [Color::WHITE * 0.5]);
-        assert_eq!(averaged.samples[0].to_srgb(), [188; 3]);
-    }
-
-    #[test]
     fn a_written_picture_reads_back() {
         let mut image = Image::new(3, 2);
-        image.samples_mut()[4] = Color::from_srgb([200, 100, 50]);
+        image.pixels_mut()[4] = Color::from_srgb([200, 100, 50]);
         let bytes = Image::beside(&[image.clone(), image]).to_png().unwrap();
         let mut reader = png::Decoder::new(io::Cursor::new(bytes)).read_info().unwrap();
         let mut pixels = vec![0; reader.output_buffer_size().unwrap()];

@@ -1,9 +1,8 @@
 //! Rasterizer of shaded surfaces with depth in color, as PNG.
 //!
 //! It needs no graphics device, so the program runs on machines without one. Band by band,
-//! surfaces are drawn into depth-buffered layers (`layer`), the layers are shaded and blended
-//! (`compose`), and the image is averaged down from several samples per pixel
-//! (`image`).
+//! surfaces are drawn into depth-buffered layers of several samples per pixel (`layer`), which are
+//! shaded, blended and averaged (`compose`) to an image (`image`).
 //!
 //! Overlap is hidden from every side: where one body enters another, the other's surface
 //! covers it. So the parts inside another body, clipped at the curve in which the surfaces
@@ -91,7 +90,7 @@ fn draw_in_bands(subjects: &[Subject<'_>], camera: &Camera, max_depth: f64, rows
         let (first, end) = (band * rows, ((band + 1) * rows).min(camera.height()));
         let samples = SAMPLES * first..SAMPLES * end;
         let layers = Layers::draw(subjects, &projections, &fine, samples);
-        layers.compose(subjects, &fine, max_depth).averaged(SAMPLES)
+        layers.compose(subjects, &fine, max_depth, SAMPLES)
     };
     let mut image = Image::new(camera.width(), 0);
     for band in parallel::map(camera.height().div_ceil(rows), draw_band) {
@@ -105,6 +104,31 @@ mod tests {
     use fixtures::shapes::icosphere;
 
     use super::*;
+
+    #[test]
+    fn pixels_are_means_of_their_samples_in_linear_light() {
+        let black = Color::from_srgb([0; 3]);
+        let positions = [DVec3::ZERO, DVec3::X, DVec3::Z, DVec3::X + DVec3::Z];
+        let subject = Subject {
+            positions: &positions,
+            normals: &[DVec3::NEG_Y; 4],
+            faces: &[[0, 1, 2], [1, 3, 2]],
+            contact: &[],
+            color: black,
+            appearance: Appearance::Solid,
+        };
+        let share = |count| (Color::WHITE * (f64::from(count) / 9.0)).to_srgb();
+        assert_eq!(share(3), [156; 3]);
+        let mut shares = std::collections::BTreeSet::new();
+        for size in 30..42 {
+            let camera = Camera::framing(positions, DVec3::Y, DVec3::Z, [size, size]);
+            for color in draw(&[subject], &camera, 0.0).pixels_mut() {
+                let found = (0..=9).find(|count| share(*count) == color.to_srgb());
+                shares.insert(found.expect("a number of white samples"));
+            }
+        }
+        assert!(shares.len() > 3, "{shares:?}");
+    }
 
     #[test]
     fn bands_are_parts_of_the_whole_picture() {

@@ -100,7 +100,7 @@ fn draw_slice(field: &DistanceField, [right, up]: [usize; 2], scale: &SliceScale
 
     // The distance at the middle of each pixel; rows go down.
     let mut image = Image::new(width + MARGIN, height);
-    for (row, colors) in image.samples_mut().chunks_exact_mut(width + MARGIN).enumerate() {
+    for (row, colors) in image.pixels_mut().chunks_exact_mut(width + MARGIN).enumerate() {
         for (column, color) in colors[..width].iter_mut().enumerate() {
             let mut p = scale.center;
             p[right] = grid.origin()[right] + (float(column) + 0.5) * scale.pixel;
@@ -136,7 +136,7 @@ mod tests {
         assert!((scale.pixel - 0.01).abs() < 1e-15);
         let mut image = draw_slice(&field, [0, 2], &scale);
         let colors: Vec<[u8; 3]> =
-            image.samples_mut()[..800].iter().map(|color| color.to_srgb()).collect();
+            image.pixels_mut()[..800].iter().map(|color| color.to_srgb()).collect();
         assert_eq!(colors[420], [0; 3], "the surface");
         assert_eq!(colors[0], viridis(4.195 / 4.2).to_srgb(), "the deepest");
         assert_eq!(colors[445], [238, 241, 244], "outside");
