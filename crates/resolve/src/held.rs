@@ -1,6 +1,8 @@
 //! Pairs and bodies that would hold up all others: pairs that no push takes apart are left as they are, and
 //! bodies that leave their limits are held where they were.
 
+use std::collections::BTreeMap;
+
 use glam::DVec3;
 use scene::{BodyId, PairId, Scene};
 use surface::progress::Progress;
@@ -90,7 +92,7 @@ impl Resolver {
     }
 
     /// Removes overlaps with the bodies held that left their limits, which would else hold up all others, if that leaves
-    /// less; again as long as other bodies leave theirs.
+    /// less; again with others that leave theirs then, and pairs that no round frees.
     pub(crate) fn hold_broken(
         &mut self,
         scene: &mut Scene,
@@ -99,19 +101,26 @@ impl Resolver {
         mut exempt: Exempt,
         progress: Progress<'_>,
     ) -> Result<Resolution, ResolveError> {
-        // Limits that bodies left in ends that were no better.
-        let (mut worse, mut beyond): (Option<Resolution>, Vec<BrokenLimit>) = (None, Vec::new());
+        // Limits that bodies left in ends that were no better, and why pairs were left there.
+        let (mut beyond, mut obstacles) = (Vec::new(), BTreeMap::new());
+        let mut has_more = !self.params.keep_going && end.add_broken_bodies(&mut exempt.bodies);
         for _ in 0..MAX_ATTEMPTS {
-            let last = worse.as_ref().unwrap_or(&end);
-            let holds_more = last.add_broken_bodies(&mut exempt.bodies);
-            if self.params.keep_going || !holds_more || !end.is_left_without(&exempt) {
+            if !has_more || !end.is_left_without(&exempt) {
                 break;
+            }
+            let worse;
+            (end, worse) = self.exempting(scene, end, rest, &exempt, progress)?;
+            for left in &mut end.remaining {
+                left.obstacle = *obstacles.get(&left.pair).unwrap_or(&left.obstacle);
+            }
+            let last = worse.as_ref().unwrap_or(&end);
+            has_more = last.add_next(scene, &mut exempt);
+            for left in last.remaining.iter().filter(|left| exempt.pairs.contains(&left.pair)) {
+                obstacles.entry(left.pair).or_insert(left.obstacle);
             }
             if let Some(worse) = worse {
                 beyond.extend(worse.broken_limits);
-            }
-            (end, worse) = self.exempting(scene, end, rest, &exempt, progress)?;
-            if worse.is_none() && !end.resolved {
+            } else if !end.resolved {
                 end.broken_limits.splice(0..0, std::mem::take(&mut beyond));
             }
         }
@@ -172,7 +181,7 @@ impl Resolution {
     fn unfreed_pairs(&self, scene: &Scene, exempt: &Exempt) -> Vec<PairId> {
         let (mut with_rigid, mut soft, mut around) = (Vec::new(), Vec::new(), Vec::new());
         for Remaining { pair, at_first, .. } in &self.remaining {
-            if !*at_first || exempt.pairs.contains(pair) {
+            if !*at_first || exempt.concerns(*pair) {
                 continue;
             }
             let is_moved = |body: &BodyId| {
@@ -222,6 +231,20 @@ impl Resolution {
             }
         }
         held.len() > before
+    }
+
+    /// Adds what held up others in this end: the bodies beyond their limits, or where there are none, pairs that no
+    /// round freed. Returns true if there is any.
+    fn add_next(&self, scene: &Scene, exempt: &mut Exempt) -> bool {
+        if self.add_broken_bodies(&mut exempt.bodies) {
+            return true;
+        }
+        let mut unfreed = Vec::new();
+        if self.frees_less_than_a_round() {
+            unfreed = self.unfreed_pairs(scene, exempt);
+        }
+        exempt.pairs.extend(&unfreed);
+        !unfreed.is_empty()
     }
 
     /// Returns true if a pair is left that is not exempt, nor of bodies that are, and one of which may move.
@@ -298,5 +321,12 @@ mod tests {
         let anew = PairId::new(right, beside);
         assert_eq!(next(&[anew], &[soft]), [bone_right]);
         assert_eq!(next(&[anew], &[bone_right, soft]), []);
+
+        // Pairs of bodies that are held are left with them.
+        let mut held = Exempt { bodies: vec![left], ..Exempt::NONE };
+        end.unfreed = vec![anew];
+        assert!(end.add_next(&scene, &mut held));
+        assert_eq!((held.bodies.len(), &held.pairs[..]), (1, &[bone_right][..]));
+        assert!(!end.add_next(&scene, &mut held));
     }
 }
