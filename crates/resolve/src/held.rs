@@ -121,7 +121,7 @@ impl Resolver {
             if let Some(worse) = worse {
                 beyond.extend(worse.broken_limits);
             } else if !end.resolved {
-                end.broken_limits.splice(0..0, std::mem::take(&mut beyond));
+                end.list_before(std::mem::take(&mut beyond));
             }
         }
         Ok(end)
@@ -148,7 +148,7 @@ impl Resolver {
         }
         next.name_exempt(exempt, &end);
         if !next.resolved && !exempt.bodies.is_empty() {
-            next.broken_limits.splice(0..0, end.broken_limits);
+            next.list_before(end.broken_limits);
         }
         Ok((next, None))
     }
@@ -158,6 +158,15 @@ impl Resolution {
     /// Counts the pairs that overlap or are nearer than the gap.
     pub(crate) fn left(&self) -> usize {
         self.remaining.len() + self.gap.short.len()
+    }
+
+    /// Lists limits that bodies leave in other ends before those of this one, each body once.
+    pub(crate) fn list_before(&mut self, limits: Vec<BrokenLimit>) {
+        for limit in limits.into_iter().rev() {
+            if self.broken_limits.iter().all(|listed| listed.body != limit.body) {
+                self.broken_limits.insert(0, limit);
+            }
+        }
     }
 
     /// Lists the pairs that are left for want of a side to be pushed to.

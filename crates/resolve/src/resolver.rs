@@ -128,7 +128,7 @@ impl Resolver {
         let (end, beyond) = self.leave_soft_pairs(scene, end, &rest, &mut exempt, progress)?;
         let mut end = self.hold_broken(scene, end, &rest, exempt, progress)?;
         if !end.resolved {
-            end.broken_limits.splice(0..0, beyond);
+            end.list_before(beyond);
         }
         Ok(end)
     }

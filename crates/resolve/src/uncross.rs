@@ -20,9 +20,12 @@ use crate::tissue::{Tissue, corners_at, fitted_tree};
 /// Steps per body. Below, folds of several edges remain; above, hopeless ones take longer.
 const MAX_STEPS: usize = 12;
 
-/// Steps after which a body is left as it is, where less is missing by a tenth after none of them: some lead
-/// through states that are no better.
+/// Steps after which a body is left as it is, where none of them has improved it: some lead through states
+/// that are no better.
 const MAX_STALLED_STEPS: usize = 3;
+
+/// Part of what was missing at least that may be missing after a step that improves a body.
+const IMPROVED: f64 = 0.9;
 
 impl Run<'_> {
     /// Takes apart what crosses in each body that crosses no other, and did not at the start, as far as steps
@@ -40,28 +43,38 @@ impl Run<'_> {
 
         let mut moved = vec![false; self.tissues.len()];
         for number in 0..self.tissues.len() {
-            if is_crossing(self.tissues[number].id) {
-                continue;
+            if !is_crossing(self.tissues[number].id) {
+                self.take_apart(number, &crossing, &mut moved)?;
+                self.tissues[number].tangle.clear();
             }
-            let (mut least, mut stalled_steps) = (f64::INFINITY, 0);
-            for _ in 0..MAX_STEPS {
-                let faces = self.crossing_faces(number)?;
-                let rows = self.uncrossing_rows(number, &faces);
-                let missing: f64 = rows.iter().map(|row| row.missing).sum();
-                stalled_steps = if missing < 0.9 * least { 0 } else { stalled_steps + 1 };
-                least = least.min(missing);
-                if rows.is_empty() || stalled_steps == MAX_STALLED_STEPS {
-                    break;
-                }
-                self.tissues[number].add_to_tangle(&faces);
-                let moves = self.uncross_body(number, rows, &crossing)?;
-                for (moved, moves) in moved.iter_mut().zip(moves) {
-                    *moved |= moves;
-                }
-            }
-            self.tissues[number].tangle.clear();
         }
         self.detect_moved(&moved)
+    }
+
+    /// Takes apart what crosses in a body, step by step, and marks the bodies that moved.
+    fn take_apart(
+        &mut self,
+        number: usize,
+        crossing: &[PairId],
+        moved: &mut [bool],
+    ) -> Result<(), ResolveError> {
+        let (mut least, mut stalled_steps) = (f64::INFINITY, 0);
+        for _ in 0..MAX_STEPS {
+            let faces = self.crossing_faces(number)?;
+            let rows = self.uncrossing_rows(number, &faces);
+            let missing: f64 = rows.iter().map(|row| row.missing).sum();
+            stalled_steps = if missing < IMPROVED * least { 0 } else { stalled_steps + 1 };
+            least = least.min(missing);
+            if rows.is_empty() || stalled_steps == MAX_STALLED_STEPS {
+                break;
+            }
+            self.tissues[number].add_to_tangle(&faces);
+            let moves = self.uncross_body(number, rows, crossing)?;
+            for (moved, moves) in moved.iter_mut().zip(moves) {
+                *moved |= moves;
+            }
+        }
+        Ok(())
     }
 
     /// Finds the pairs of a body's own faces that cross, if there are any that did not at the start.
