@@ -17,7 +17,7 @@ use surface::TotalF64;
 use surface::progress::{Interrupted, Progress};
 
 use crate::mesh::Mesh;
-use crate::quadric::Quadric;
+use crate::quadric::{Quadric, quadrics};
 
 /// Half-edge collapse: a vertex that moves into a neighbor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -225,16 +225,4 @@ impl<'a> Order<'a> {
     fn cost(&self, Collapse { vertex, into }: Collapse) -> TotalF64 {
         TotalF64(self.quadrics[vertex as usize].mean(self.x[into as usize] - self.origin))
     }
-}
-
-/// Computes the quadric of each vertex from its faces.
-pub(crate) fn quadrics(faces: &[[u32; 3]], x: &[DVec3], origin: DVec3) -> Vec<Quadric> {
-    let mut quadrics = vec![Quadric::ZERO; x.len()];
-    for corners in faces {
-        let quadric = Quadric::of_triangle(corners.map(|v| x[v as usize] - origin));
-        for &vertex in corners {
-            quadrics[vertex as usize] += quadric;
-        }
-    }
-    quadrics
 }

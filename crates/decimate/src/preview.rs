@@ -7,8 +7,8 @@ use crate::DecimateError;
 use crate::collapsed::Collapsed;
 use crate::decimation::check;
 use crate::mesh::Mesh;
-use crate::order::{Collapse, quadrics};
-use crate::quadric::Quadric;
+use crate::order::Collapse;
+use crate::quadric::{Quadric, quadrics};
 
 /// Surface of fewer faces on some of the vertices of a full one, to look at: in a seventh of the time
 /// of a [`ReducedSurface`](crate::ReducedSurface), and nothing is proved about it.

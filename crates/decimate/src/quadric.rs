@@ -50,3 +50,15 @@ impl AddAssign for Quadric {
         self.weight += other.weight;
     }
 }
+
+/// Computes the quadric of each vertex from its faces.
+pub(crate) fn quadrics(faces: &[[u32; 3]], x: &[DVec3], origin: DVec3) -> Vec<Quadric> {
+    let mut quadrics = vec![Quadric::ZERO; x.len()];
+    for corners in faces {
+        let quadric = Quadric::of_triangle(corners.map(|v| x[v as usize] - origin));
+        for &vertex in corners {
+            quadrics[vertex as usize] += quadric;
+        }
+    }
+    quadrics
+}

@@ -142,7 +142,7 @@ impl<'a> Layer<'a> {
     }
 
     /// Returns the distance at a sample into the picture, in samples; infinite without a surface,
-    /// `None` beyond the rows.
+    /// `None` beyond the rows, and where nothing is drawn in any.
     pub(crate) fn distance(&self, sample: usize) -> Option<f32> {
         self.samples.get(sample).map(|sample| sample.distance)
     }
@@ -237,6 +237,7 @@ impl Outline {
         weights.iter().all(|weight| *weight >= 0.0).then_some(weights)
     }
 
+    /// Returns the edges, one after the other.
     fn edges(&self) -> [Edge; 3] {
         let [a, b, c] = self.corners;
         [Edge::new(a, b), Edge::new(b, c), Edge::new(c, a)]

@@ -19,8 +19,8 @@ const SMOOTHING_PASSES: usize = 20;
 const STIFFENING_PASSES: usize = 3;
 
 impl Tissue {
-    /// Holds back vertices of faces that a step would turn over, or let cross others of the body; returns the faces that
-    /// the step would turn over as it is.
+    /// Holds back vertices of faces that a step would turn over, or let cross others of the body, but for those of one
+    /// tangle; returns the faces that the step would turn over as it is.
     ///
     /// `shares` are the parts of the displacements `d` that are taken, |V|.
     pub(crate) fn limit_step(
