@@ -16,11 +16,9 @@ pub(crate) fn edge_contacts(scene: &Scene, report: &PairReport) -> Vec<Contact> 
         return Vec::new();
     }
 
-    // A contact has one anchor at most: of two rigid bodies, the second.
-    let [a, b] = [scene.body(report.pair.a), scene.body(report.pair.b)];
-    let [a_is_anchor, b_is_anchor] = [a.is_rigid() && !b.is_rigid(), b.is_rigid()];
-    let a = CrossingBody::new(a, inside(a, &report.a_against_b), a_is_anchor);
-    let b = CrossingBody::new(b, inside(b, &report.b_against_a), b_is_anchor);
+    let [a, b] = FaceSide::of_pair([scene.body(report.pair.a), scene.body(report.pair.b)]);
+    let a = CrossingBody::new(a, inside(a.body, &report.a_against_b));
+    let b = CrossingBody::new(b, inside(b.body, &report.b_against_a));
 
     let mut contacts = Vec::new();
     for &faces in &report.crossing_faces {
@@ -35,7 +33,7 @@ pub(crate) fn self_edge_contacts(
     is_inside: Vec<bool>,
     crossing_faces: &[[u32; 2]],
 ) -> Vec<Contact> {
-    let own = CrossingBody::new(body, is_inside, false);
+    let own = CrossingBody::new(FaceSide { body, is_anchor: false }, is_inside);
     let mut contacts = Vec::new();
     for &faces in crossing_faces {
         contacts.extend(contact(&own, &own, faces));
@@ -58,8 +56,17 @@ fn contact(a: &CrossingBody<'_>, b: &CrossingBody<'_>, faces: [u32; 2]) -> Optio
     // Where the faces are highest over each other, seen along the normal between them.
     let [of_a, of_b] = [a.face_normal(faces[0])?, b.face_normal(faces[1])?];
     let normal = (of_b - of_a).try_normalize().or_else(|| of_b.try_normalize())?;
-    let meeting = highest([a.body.corners(faces[0]), b.body.corners(faces[1])], normal)?;
+    contact_along([a.side, b.side], faces, normal)
+}
 
+/// Makes the contact of two faces where the second one is highest over the first, seen along `normal`; `None`
+/// where no height is found.
+pub(crate) fn contact_along(
+    [a, b]: [FaceSide<'_>; 2],
+    faces: [u32; 2],
+    normal: DVec3,
+) -> Option<Contact> {
+    let meeting = highest([a.body.corners(faces[0]), b.body.corners(faces[1])], normal)?;
     let [on_a, on_b] = meeting.weights;
     let (terms_a, terms_b) = (a.terms(faces[0], on_a), b.terms(faces[1], on_b));
     let on_a = a.contact_side(faces[0], on_a, &terms_a);
@@ -67,36 +74,19 @@ fn contact(a: &CrossingBody<'_>, b: &CrossingBody<'_>, faces: [u32; 2]) -> Optio
     Some(Contact::between(on_a, on_b, normal, -meeting.height))
 }
 
-/// One body of a pair whose faces cross.
-struct CrossingBody<'a> {
-    body: &'a Body,
-    /// True for vertices inside the other body, |V|.
-    is_inside: Vec<bool>,
-    /// Outward vertex normals, |V|.
-    normals: Vec<DVec3>,
+/// Faces of one body as sides of contacts.
+#[derive(Clone, Copy)]
+pub(crate) struct FaceSide<'a> {
+    pub(crate) body: &'a Body,
     /// True for the anchor of contacts.
     is_anchor: bool,
 }
 
-impl<'a> CrossingBody<'a> {
-    fn new(body: &'a Body, is_inside: Vec<bool>, is_anchor: bool) -> Self {
-        let mut normals = vertex_normals(body.surface().faces(), body.positions());
-        if body.is_inside_out() {
-            normals.iter_mut().for_each(|normal| *normal = -*normal);
-        }
-        Self { body, is_inside, normals, is_anchor }
-    }
-
-    /// Sums the normals of a face's corners; `None` where one of them is inside.
-    fn face_normal(&self, face: u32) -> Option<DVec3> {
-        let mut sum = DVec3::ZERO;
-        for vertex in self.body.surface().faces()[face as usize] {
-            if self.is_inside[vertex as usize] {
-                return None;
-            }
-            sum += self.normals[vertex as usize];
-        }
-        Some(sum)
+impl<'a> FaceSide<'a> {
+    /// Builds the sides of a pair. A contact has one anchor at most: of two rigid bodies, the second.
+    pub(crate) fn of_pair([a, b]: [&'a Body; 2]) -> [Self; 2] {
+        let anchors = [a.is_rigid() && !b.is_rigid(), b.is_rigid()];
+        [Self { body: a, is_anchor: anchors[0] }, Self { body: b, is_anchor: anchors[1] }]
     }
 
     /// Returns the particles of a face with these weights, without those of weight 0.
@@ -120,6 +110,38 @@ impl<'a> CrossingBody<'a> {
         } else {
             ContactSide::Particles(terms)
         }
+    }
+}
+
+/// One body of a pair whose faces cross.
+struct CrossingBody<'a> {
+    side: FaceSide<'a>,
+    /// True for vertices inside the other body, |V|.
+    is_inside: Vec<bool>,
+    /// Outward vertex normals, |V|.
+    normals: Vec<DVec3>,
+}
+
+impl<'a> CrossingBody<'a> {
+    fn new(side: FaceSide<'a>, is_inside: Vec<bool>) -> Self {
+        let body = side.body;
+        let mut normals = vertex_normals(body.surface().faces(), body.positions());
+        if body.is_inside_out() {
+            normals.iter_mut().for_each(|normal| *normal = -*normal);
+        }
+        Self { side, is_inside, normals }
+    }
+
+    /// Sums the normals of a face's corners; `None` where one of them is inside.
+    fn face_normal(&self, face: u32) -> Option<DVec3> {
+        let mut sum = DVec3::ZERO;
+        for vertex in self.side.body.surface().faces()[face as usize] {
+            if self.is_inside[vertex as usize] {
+                return None;
+            }
+            sum += self.normals[vertex as usize];
+        }
+        Some(sum)
     }
 }
 

@@ -246,6 +246,7 @@ mod tests {
 
     use super::*;
     use crate::exempt::Exempt;
+    use crate::push::PairMemory;
     use crate::run::Run;
     use crate::test_scenes::bone_and_muscle;
     use crate::{Conditions, ResolveParams};
@@ -268,7 +269,8 @@ mod tests {
         let mut memory = ExitMemory::default();
         memory.resize(out.len());
         memory.directions = out.iter().map(through).collect();
-        run.exit_memories.insert(PairId::new(bone, muscle), [ExitMemory::default(), memory]);
+        let memory = PairMemory { exits: [ExitMemory::default(), memory], ..PairMemory::default() };
+        run.pair_memories.insert(PairId::new(bone, muscle), memory);
 
         // Deep vertices of the muscle, and those that are held outside.
         let deep = -1.1 * params.tuning.shallow_depth * params.smoothing;

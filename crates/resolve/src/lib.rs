@@ -8,7 +8,8 @@
 //!
 //! Later ones separate edges that still cross. Each
 //!
-//! 1. detects contacts again;
+//! 1. detects contacts again; corners that were pushed back leave in the direction in which the
+//!    bodies cover each other least;
 //! 2. solves all contacts together for displacements (projected Gauss–Seidel, particles
 //!    weighted by inverse mass);
 //! 3. spreads the displacements to the tissue around, along surfaces and through bodies;
@@ -46,6 +47,7 @@
 mod conditions;
 mod contact_islands;
 mod count;
+mod curve_exits;
 mod damage;
 mod detection;
 mod edge_contacts;

@@ -8,6 +8,7 @@ use surface::{Contact, parallel};
 
 use crate::contact_islands::ContactIslands;
 use crate::count::as_f64;
+use crate::curve_exits::PushMemory;
 use crate::detection::{clearance, detection_margin};
 use crate::exit_patches::{PatchSide, direct_patches};
 use crate::exit_sides::{ExitMemory, ExitSide};
@@ -31,6 +32,13 @@ const SHAPE_PASSES: u32 = 2;
 /// Correction at which the contact solver stops \[tolerances\]. Below, sweeps change nothing
 /// that is measured; above, the sum of many small remainders exceeds the tolerance.
 const SOLVER_TOLERANCE: f64 = 2e-3;
+
+/// Ways by which the bodies of a pair came apart in earlier rounds.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct PairMemory {
+    pub(crate) exits: [ExitMemory; 2],
+    pub(crate) pushes: PushMemory,
+}
 
 impl Run<'_> {
     /// Computes displacements that separate all contacts, or as far as one round goes, and
@@ -108,19 +116,19 @@ impl Run<'_> {
     /// Collects the contacts of each pair, then those of bodies with themselves, and updates exit directions.
     pub(crate) fn contacts(&mut self) -> Result<Vec<Vec<Contact>>, Interrupted> {
         // Memories are taken out, to be changed while the tissues are shared.
-        let mut pairs: Vec<(&NearPair, [ExitMemory; 2])> = Vec::new();
+        let mut pairs: Vec<(&NearPair, PairMemory)> = Vec::new();
         for pair in self.near.iter() {
-            let memories = self.exit_memories.remove(&pair.report.pair);
-            pairs.push((pair, memories.unwrap_or_default()));
+            let memory = self.pair_memories.remove(&pair.report.pair);
+            pairs.push((pair, memory.unwrap_or_default()));
         }
         let progress = self.round_progress();
         let cost = |(pair, _): &(&NearPair, _)| pair.cost();
-        let contacts = parallel::map_mut_costly_first(&mut pairs, cost, |(pair, memories)| {
+        let contacts = parallel::map_mut_costly_first(&mut pairs, cost, |(pair, memory)| {
             progress.report(0.0)?;
-            Ok(self.pair_contacts(pair, memories))
+            Ok(self.pair_contacts(pair, memory))
         });
-        for (pair, memories) in pairs {
-            self.exit_memories.insert(pair.report.pair, memories);
+        for (pair, memory) in pairs {
+            self.pair_memories.insert(pair.report.pair, memory);
         }
 
         let contacts: Result<Vec<_>, Interrupted> = contacts.into_iter().collect();
@@ -146,7 +154,7 @@ impl Run<'_> {
     fn pair_contacts(
         &self,
         NearPair { report, edges }: &NearPair,
-        memories: &mut [ExitMemory; 2],
+        memory: &mut PairMemory,
     ) -> Vec<Contact> {
         let [a, b] = report.pair.bodies();
         let sides =
@@ -156,15 +164,19 @@ impl Run<'_> {
                 near: &side.near,
                 seam_faces: &self.near.seam_faces,
             });
-        direct_patches(sides, &report.crossing_faces, memories);
+        direct_patches(sides, &report.crossing_faces, &mut memory.exits);
 
-        let [of_a, of_b] = memories;
+        let [of_a, of_b] = &mut memory.exits;
         let mut contacts = self.exit_side(a, b).contacts(&report.a_against_b.near, of_a);
         contacts.extend(self.exit_side(b, a).contacts(&report.b_against_a.near, of_b));
 
         // Edges come free with deep vertices, and until then mean little.
         if self.uses_edges(report) {
             contacts.extend_from_slice(edges);
+            if self.rounds.len() > self.elastic_rounds() {
+                let bodies = [a, b].map(|id| self.scene.body(id));
+                memory.pushes.direct(bodies, &report.crossing_faces, &mut contacts);
+            }
         }
 
         // Where bodies are tied they touch: they are not pushed farther apart than that.

@@ -12,8 +12,8 @@ use surface::progress::{Interrupted, Progress};
 use crate::detection::{check, clearance, detection_margin};
 use crate::elastic::GapRow;
 use crate::exempt::Exempt;
-use crate::exit_sides::ExitMemory;
 use crate::near_pairs::{NearPair, NearPairs};
+use crate::push::PairMemory;
 use crate::resolution::{
     BodyChange, Obstacle, Remaining, Resolution, deepest, max_bracket, overlaps_in,
 };
@@ -54,7 +54,7 @@ pub(crate) struct Run<'a> {
     best: usize,
     /// Rounds since the best one.
     stalled_rounds: u32,
-    pub(crate) exit_memories: BTreeMap<PairId, [ExitMemory; 2]>,
+    pub(crate) pair_memories: BTreeMap<PairId, PairMemory>,
     /// Longest way out of a contact in the first round.
     pub(crate) longest_way: f64,
     /// Displacement that is within limits in any case: the smoothing length that was asked for, also where
@@ -155,7 +155,7 @@ impl<'a> Run<'a> {
             rounds: Vec::new(),
             best: 0,
             stalled_rounds: 0,
-            exit_memories: BTreeMap::new(),
+            pair_memories: BTreeMap::new(),
             longest_way: 0.0,
             allowed_displacement: params.smoothing,
             is_warm: false,

@@ -108,7 +108,7 @@ fn overlaps_are_freed_and_brought_to_the_gap() {
 
 #[test]
 fn bodies_cut_out_of_one_image_are_brought_to_the_gap() {
-    let [bone, muscle, other] = labels::limb();
+    let [bone, muscle, other] = labels::limb(6);
     let mut scene = scene_of([
         ("bone", BodyKind::Rigid, bone),
         ("muscle", BodyKind::Deformable, muscle),

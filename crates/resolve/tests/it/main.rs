@@ -14,6 +14,7 @@ mod self_contact;
 mod set_aside;
 mod thigh;
 mod unwelded;
+mod voxels;
 
 use fixtures::Mesh;
 use glam::DVec3;
