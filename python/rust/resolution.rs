@@ -66,6 +66,7 @@ pub(crate) fn record<'py>(
             displacement_limit: broken.displacement_limit,
             strain: broken.strain,
             flipped_faces: broken.flipped_faces,
+            flat_corners: broken.flat_corners,
             self_crossings: broken.self_crossings,
         }));
     }

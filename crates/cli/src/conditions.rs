@@ -5,8 +5,8 @@ use std::path::Path;
 
 use mesh_io::{MeshFormat, Volume};
 use musculo_collide::kdop::Workspace;
-use musculo_collide::volume_mesh::MiddleNode;
-use musculo_collide::{BodyId, BodyStiffness, Conditions, FixedVertices, Scene, Tie};
+use musculo_collide::volume_mesh::{FollowParams, MiddleNode};
+use musculo_collide::{BodyId, BodyStiffness, CellCorners, Conditions, FixedVertices, Scene, Tie};
 
 use crate::failure::Failure;
 use crate::load::LoadedScene;
@@ -33,6 +33,16 @@ impl LoadedScene {
 
         for description in self.description.bodies.iter().filter(|body| body.uncross) {
             conditions.uncrossed.push(self.body_id(&description.name)?);
+        }
+
+        let ids: Vec<BodyId> = self.scene.ids().collect();
+        for (body, volume) in ids.into_iter().zip(&self.volumes) {
+            let Some(Volume { mesh, boundary, .. }) = volume else { continue };
+            if !self.scene.body(body).is_rigid() {
+                let FollowParams { min_jacobian_share, .. } = FollowParams::default();
+                let corners = boundary.corners(mesh);
+                conditions.cell_corners.push(CellCorners { body, corners, min_jacobian_share });
+            }
         }
 
         // A selection of no vertex would hold nothing: it is an error, not an empty condition.

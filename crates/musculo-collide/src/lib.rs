@@ -257,9 +257,9 @@ pub use ::{
 };
 
 pub use ::resolve::{
-    BodyChange, BodyStiffness, BrokenLimit, Conditions, DistanceBracket, FixedVertices,
-    GapObstacle, GapProof, GapRound, Obstacle, Remaining, Resolution, ResolveError, ResolveParams,
-    ResolveTuning, Resolver, Round, ShortGap, Tie, WrittenPrecision, resolve,
+    BodyChange, BodyStiffness, BrokenLimit, CellCorners, Conditions, DistanceBracket,
+    FixedVertices, GapObstacle, GapProof, GapRound, Obstacle, Remaining, Resolution, ResolveError,
+    ResolveParams, ResolveTuning, Resolver, Round, ShortGap, Tie, WrittenPrecision, resolve,
 };
 pub use overlap::{
     ContactMeasures, ElasticFoundation, FoundationLaw, JointContact, JointContactError,

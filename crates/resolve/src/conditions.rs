@@ -6,14 +6,14 @@
 //! rigid, vertices of the second follow the first.
 
 use kdop::Workspace;
-use response::positive;
+use response::{ParameterError, positive};
 use scene::{BodyId, PairId, Scene, SceneError};
 use surface::progress::Progress;
 
 use crate::near_pairs::NearPairs;
 use crate::self_contacts::SelfSurface;
 use crate::tissue::{Tissue, fitted_tree};
-use crate::{BodyStiffness, Conditions, ResolveError, Tie};
+use crate::{BodyStiffness, CellCorners, Conditions, ResolveError, Tie};
 
 /// Vertex that follows a point of another body.
 #[derive(Clone, Copy, Debug)]
@@ -72,6 +72,30 @@ impl Conditions {
         for id in &self.unrounded {
             scene.get(*id)?;
             tissues[id.index()].is_written_single = false;
+        }
+        Ok(())
+    }
+
+    /// Adds the corners of cells.
+    pub(crate) fn hold_corners(
+        &self,
+        scene: &Scene,
+        tissues: &mut [Tissue],
+    ) -> Result<(), ResolveError> {
+        for CellCorners { body, corners, min_jacobian_share } in &self.cell_corners {
+            scene.get(*body)?;
+            if !(0.0..1.0).contains(min_jacobian_share) {
+                let (name, range) = ("min_jacobian_share", "at least 0 and below 1");
+                return Err(ParameterError { name, value: *min_jacobian_share, range }.into());
+            }
+            let tissue = &mut tissues[body.index()];
+            let (body, count) = (body.index(), tissue.rest.len());
+            if let Some(&vertex) =
+                corners.iter().flatten().find(|vertex| **vertex as usize >= count)
+            {
+                return Err(ResolveError::NoSuchVertex { body, vertex, count });
+            }
+            tissue.hold_corners(corners, *min_jacobian_share);
         }
         Ok(())
     }

@@ -1,4 +1,4 @@
-//! Damage to shape that a state does: turned faces, self-crossings, strain, and changes of volume.
+//! Damage to shape that a state does: turned faces, flat corners of cells, self-crossings, strain, and changes of volume.
 
 use glam::DVec3;
 use kdop::Workspace;
@@ -18,14 +18,20 @@ impl Tissue {
     ) -> Result<(), Interrupted> {
         let x = tree.positions().as_slice();
         let volume_change = self.volume_change(x);
-        let flipped_faces = self.count_flipped(x);
+        let (flipped_faces, flat_corners) = (self.count_flipped(x), self.count_flat_corners(x));
         let mut self_crossings = self.damage.self_crossings;
         if counts_crossings {
             self_crossings = self.count_crossings_once(tree, progress)?;
         }
         let (strain, max_displacement) = (self.strain(x), self.max_displacement(x));
-        self.damage =
-            Damage { flipped_faces, volume_change, self_crossings, strain, max_displacement };
+        self.damage = Damage {
+            flipped_faces,
+            flat_corners,
+            volume_change,
+            self_crossings,
+            strain,
+            max_displacement,
+        };
         Ok(())
     }
 

@@ -30,8 +30,8 @@
 //!
 //! In the end positions are rounded to the [precision of the file](WrittenPrecision), and
 //! [`GapProof`] holds certified distances between the surfaces of all pairs: each keeps the gap, or
-//! is named with its distance and the reason. [`Conditions`] tie bodies to each other and fix
-//! vertices.
+//! is named with its distance and the reason. [`Conditions`] tie bodies to each other, fix
+//! vertices, and keep the corners of elements open.
 //!
 //! Rigid bodies stay. No round moves a vertex farther than the tissue around it can follow:
 //! deep overlaps take several.
@@ -44,6 +44,7 @@
 //!
 //! None is on by default.
 
+mod cell_corners;
 mod conditions;
 mod contact_islands;
 mod count;
@@ -102,7 +103,7 @@ pub use glam;
 
 pub use crate::error::ResolveError;
 pub use crate::params::{
-    BodyStiffness, Conditions, FixedVertices, ResolveParams, Tie, WrittenPrecision,
+    BodyStiffness, CellCorners, Conditions, FixedVertices, ResolveParams, Tie, WrittenPrecision,
 };
 pub use crate::resolution::{
     BodyChange, BrokenLimit, DistanceBracket, GapObstacle, GapProof, GapRound, Obstacle, Remaining,

@@ -26,7 +26,7 @@ struct Limits {
 impl Limits {
     /// Returns true if a change is within all limits; self-crossings are not regarded.
     fn hold(&self, damage: &Damage) -> bool {
-        damage.flipped_faces == 0
+        damage.flipped_faces + damage.flat_corners == 0
             && damage.volume_change <= self.volume_change
             && damage.strain <= self.strain
             && damage.max_displacement <= self.displacement
@@ -137,6 +137,7 @@ impl Run<'_> {
                     displacement_limit: limits.displacement,
                     strain: damage.strain,
                     flipped_faces: damage.flipped_faces,
+                    flat_corners: damage.flat_corners,
                     self_crossings: damage.self_crossings,
                 });
             }

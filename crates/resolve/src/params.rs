@@ -76,6 +76,22 @@ pub struct Conditions {
     /// [rounded](ResolveParams::precision).
     #[cfg_attr(feature = "serde", serde(default))]
     pub unrounded: Vec<BodyId>,
+    /// Corners of cells that surfaces hold by themselves.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub cell_corners: Vec<CellCorners>,
+}
+
+/// Corners of a volume mesh's cells of which all four nodes are on its surface. A cell can follow the surface only while
+/// none of them is flat, wherever the nodes inside are.
+#[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct CellCorners {
+    /// The body.
+    pub body: BodyId,
+    /// Vertices of each corner: its own, and those at the ends of its three edges.
+    pub corners: Vec<[u32; 4]>,
+    /// Share of its scaled Jacobian at the start that each corner keeps, in `0.0..1.0`.
+    pub min_jacobian_share: f64,
 }
 
 /// Stiffness of one body: bodies share an overlap in inverse proportion to it.

@@ -134,6 +134,7 @@ impl Run<'_> {
         let contacts: Result<Vec<_>, Interrupted> = contacts.into_iter().collect();
         let mut contacts = contacts?;
         contacts.push(self.self_contacts()?);
+        contacts.push(self.corner_contacts());
         Ok(contacts)
     }
 

@@ -210,6 +210,8 @@ pub struct BrokenLimit {
     pub strain: f64,
     /// Number of its faces turned by a right angle or more.
     pub flipped_faces: usize,
+    /// Number of [corners of its cells](crate::CellCorners) that are flat.
+    pub flat_corners: usize,
     /// Number of pairs of its own faces that cross, beyond their number at the start.
     pub self_crossings: usize,
 }

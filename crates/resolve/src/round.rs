@@ -33,6 +33,8 @@ pub struct Round {
     pub self_crossings: usize,
     /// Number of faces turned by a right angle or more.
     pub flipped_faces: usize,
+    /// Number of [corners of cells](crate::CellCorners) that are flat.
+    pub flat_corners: usize,
     /// Largest relative change of a soft body's volume.
     pub volume_change: f64,
     /// Weighted sum of overlaps, spoilt faces and lost volume, 0 where there are none. It falls from
@@ -64,6 +66,7 @@ impl Round {
     pub(crate) fn add_damage(&mut self, damage: &Damage, counts_crossings: bool) {
         self.volume_change = self.volume_change.max(damage.volume_change);
         self.flipped_faces += damage.flipped_faces;
+        self.flat_corners += damage.flat_corners;
         if counts_crossings {
             self.self_crossings += damage.self_crossings;
         }
@@ -71,14 +74,14 @@ impl Round {
 
     /// Returns true if nothing overlaps or shares faces, and no shape is spoilt.
     pub(crate) fn is_clean(&self, params: &ResolveParams) -> bool {
-        let spoilt_faces = self.self_crossings + self.flipped_faces;
-        let left = self.overlapping_pairs + self.touching_faces + spoilt_faces;
+        let left = self.overlapping_pairs + self.touching_faces + self.spoilt();
         left == 0 && self.excess_volume(params) <= 0.0
     }
 
     /// Returns true if nothing is left but crossings of bodies with themselves.
     pub(crate) fn only_crosses_itself(&self) -> bool {
-        let left = self.overlapping_pairs + self.touching_faces + self.flipped_faces;
+        let spoilt = self.flipped_faces + self.flat_corners;
+        let left = self.overlapping_pairs + self.touching_faces + spoilt;
         left == 0 && self.max_depth <= 0.0 && self.self_crossings > 0
     }
 
@@ -97,11 +100,15 @@ impl Round {
 
     /// Computes the [merit](Self::merit) of what the round has left.
     pub(crate) fn weigh(&self, params: &ResolveParams) -> f64 {
-        let spoilt_faces = self.self_crossings + self.flipped_faces;
-        let faces = self.crossing_faces + self.touching_faces + spoilt_faces;
+        let faces = self.crossing_faces + self.touching_faces + self.spoilt();
         self.max_depth / params.tolerance * as_f64(self.overlapping_pairs)
             + params.tuning.face_weight * as_f64(faces)
             + self.excess_volume(params)
+    }
+
+    /// Counts what is spoilt: crossings of bodies with themselves, faces turned over, and flat corners of cells.
+    fn spoilt(&self) -> usize {
+        self.self_crossings + self.flipped_faces + self.flat_corners
     }
 
     fn excess_volume(&self, params: &ResolveParams) -> f64 {
@@ -132,6 +139,7 @@ mod tests {
             Round { overlapping_pairs: 1, ..crossing },
             Round { touching_faces: 1, ..crossing },
             Round { flipped_faces: 1, ..crossing },
+            Round { flat_corners: 1, ..crossing },
             Round { max_depth: 0.1, ..crossing },
         ] {
             assert!(!other.only_crosses_itself(), "{other:?}");

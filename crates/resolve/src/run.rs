@@ -129,6 +129,7 @@ impl<'a> Run<'a> {
         conditions.fix(&mut tissues)?;
         conditions.stiffen(scene, &mut tissues)?;
         conditions.keep_unrounded(scene, &mut tissues)?;
+        conditions.hold_corners(scene, &mut tissues)?;
         for tissue in &mut tissues {
             tissue.is_held = exempt.bodies.contains(&tissue.id);
         }

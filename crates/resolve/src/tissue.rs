@@ -12,6 +12,7 @@ use surface::progress::{Interrupted, Progress};
 use surface::{TriangleSurface, mean_edge, parallel, triangle, vertex_areas, vertex_normals};
 
 use crate::ResolveParams;
+use crate::cell_corners::CellCorner;
 use crate::count::as_f64;
 
 /// One body at rest, with the links between its vertices and its displacement in a round.
@@ -50,6 +51,8 @@ pub(crate) struct Tissue {
     links: Vec<Vec<Link>>,
     /// Strut of each vertex, |V|: `None` before it is searched, then the result.
     pub(crate) struts: Vec<Option<Option<Strut>>>,
+    /// Corners of cells that the surface holds by itself.
+    pub(crate) cell_corners: Vec<CellCorner>,
     /// Outward unit normals at the start of the present round, |V|.
     pub(crate) normals: Vec<DVec3>,
     /// True for vertices near another body in the present round, |V|.
@@ -70,6 +73,8 @@ pub(crate) struct Tissue {
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Damage {
     pub(crate) flipped_faces: usize,
+    /// Corners of cells that are below their limit.
+    pub(crate) flat_corners: usize,
     /// Relative change of the volume.
     pub(crate) volume_change: f64,
     /// Pairs of the body's own faces that cross, beyond their number at the start; all of them where
@@ -153,6 +158,7 @@ impl Tissue {
             volume: None,
             links: links(surface.edges(), x),
             struts: vec![None; x.len()],
+            cell_corners: Vec::new(),
             is_near: vec![false; x.len()],
             u: vec![DVec3::ZERO; x.len()],
             best: x.to_vec(),
@@ -352,7 +358,8 @@ impl Tissue {
 impl Damage {
     /// Returns true if the body's shape has to be restored.
     pub(crate) fn is_spoilt(&self, max_change: f64) -> bool {
-        self.flipped_faces + self.self_crossings > 0 || self.volume_change > max_change
+        let spoilt = self.flipped_faces + self.flat_corners + self.self_crossings;
+        spoilt > 0 || self.volume_change > max_change
     }
 }
 

@@ -117,6 +117,25 @@ impl Boundary {
         Self { faces: faces.collect(), nodes }
     }
 
+    /// Lists the corners of cells of which all four nodes are on the boundary, as places in [`nodes`](Self::nodes): a
+    /// corner, and the ends of its three edges.
+    #[must_use]
+    pub fn corners(&self, mesh: &VolumeMesh) -> Vec<[u32; 4]> {
+        let place = |node: u32| {
+            self.nodes.binary_search(&node).ok().and_then(|place| u32::try_from(place).ok())
+        };
+        let mut corners = Vec::new();
+        for cell in mesh.cells() {
+            for corner in cell.corners() {
+                let places = corner.map(|of_cell| place(cell.nodes()[of_cell]));
+                if let [Some(p), Some(a), Some(b), Some(c)] = places {
+                    corners.push([p, a, b, c]);
+                }
+            }
+        }
+        corners
+    }
+
     /// Returns the positions of the boundary's nodes.
     #[must_use]
     pub fn positions(&self, nodes: &[DVec3]) -> Vec<DVec3> {

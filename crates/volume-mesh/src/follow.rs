@@ -2,7 +2,8 @@
 //!
 //! Each step solves for the elastic equilibrium at the present positions and goes as far towards it
 //! as no cell falls below a share of its scaled Jacobian at the start: the whole way, or half of it,
-//! and so on. Boundary and interior move together, so that every state on the way is a mesh.
+//! and so on. Cells in the way become stiffer, and nodes inside are moved to where those are less flat.
+//! Boundary and interior move together, so that every state on the way is a mesh.
 
 use glam::DVec3;
 use surface::progress::Progress;
@@ -60,7 +61,17 @@ pub struct Followed {
 
 /// Smallest part of a step that is taken: less would hardly move, more would give up where the
 /// equilibrium of the next step leads around.
-const MIN_STEP: f64 = 1.0 / 256.0;
+const MIN_STEP: f64 = 1.0 / 64.0;
+
+/// Smallest share of the displacement that a step gains. Below, steps that lead nowhere take long; above, slow ones
+/// are given up.
+const MIN_GAIN: f64 = 1.0 / 256.0;
+
+/// Scaled Jacobian below which a cell is nearly flat [its limit].
+pub(crate) const NEARLY_FLAT: f64 = 3.0;
+
+/// Factor on the stiffness of a cell in the way.
+const STIFFER: f64 = 4.0;
 
 impl VolumeMesh {
     /// Moves the nodes inside after those of the boundary, from `rest` to `target`, the positions of
@@ -113,16 +124,20 @@ impl VolumeMesh {
         let before = self.quality(rest);
         let (positions, share, blocking) = (rest.to_vec(), 0.0, None);
         let mut followed = Followed { positions, share, steps: 0, before, after: before, blocking };
+        let mut stiffnesses = vec![1.0; self.cells().len()];
         while followed.share < 1.0 && followed.steps < params.max_steps {
             let u = boundary.displacements(&followed.positions, target);
             if u.iter().all(|u| *u == DVec3::ZERO) {
                 followed.share = 1.0;
                 break;
             }
-            let body = ElasticBody::new(self, &followed.positions, params.poisson_ratio);
+            let body =
+                ElasticBody::new(self, &followed.positions, &stiffnesses, params.poisson_ratio);
             let u = body.equilibrium(u, &is_given, progress)?;
             followed.steps += 1;
-            if !self.advance(&mut followed, &u, &limits) {
+            let share = followed.share;
+            self.advance(&mut followed, &u, &is_given, &limits, &mut stiffnesses);
+            if followed.share < share + MIN_GAIN {
                 break;
             }
         }
@@ -165,24 +180,45 @@ impl VolumeMesh {
         Ok(limits)
     }
 
-    /// Moves all nodes along their displacements, as far as cells keep their limits. Returns false
-    /// where that is nowhere.
-    fn advance(&self, followed: &mut Followed, u: &[DVec3], limits: &[f64]) -> bool {
+    /// Moves all nodes along their displacements, as far as cells keep their limits. Cells that are in the way become
+    /// stiffer, and nodes inside give way to them.
+    fn advance(
+        &self,
+        followed: &mut Followed,
+        u: &[DVec3],
+        is_given: &[bool],
+        limits: &[f64],
+        stiffnesses: &mut [f64],
+    ) {
         let mut step = 1.0;
         while step >= MIN_STEP {
             let mut positions = Vec::with_capacity(u.len());
             for (x, u) in followed.positions.iter().zip(u) {
                 positions.push(*x + step * *u);
             }
+            if self.first_below(&positions, limits).is_some() {
+                if step >= 1.0 {
+                    self.stiffen(&positions, limits, stiffnesses);
+                }
+                self.open_cells(&mut positions, is_given, limits);
+            }
             let Some(blocking) = self.first_below(&positions, limits) else {
                 followed.positions = positions;
                 followed.share = 1.0 - (1.0 - followed.share) * (1.0 - step);
-                return true;
+                return;
             };
             followed.blocking = Some(blocking);
             step *= 0.5;
         }
-        false
+    }
+
+    /// Stiffens cells that are nearly flat at some positions.
+    fn stiffen(&self, positions: &[DVec3], limits: &[f64], stiffnesses: &mut [f64]) {
+        for (cell, jacobian) in self.scaled_jacobians(positions).into_iter().enumerate() {
+            if jacobian < NEARLY_FLAT * limits[cell] {
+                stiffnesses[cell] *= STIFFER;
+            }
+        }
     }
 
     /// Returns the cell that is the farthest below its limit.

@@ -6,7 +6,7 @@
 //! - [`VolumeMesh::boundary`] returns the triangles around it, over the nodes that they use.
 //! - [`VolumeMesh::quality`] measures the scaled Jacobian of each cell.
 //! - [`VolumeMesh::follow`] moves the nodes inside after those of the boundary: the equilibrium of a
-//!   linear elastic body, in steps that are cut where a cell would be spoilt.
+//!   linear elastic body, in steps that are cut where a cell would be spoilt and no node inside can give way.
 
 mod boundary;
 mod cell;
@@ -14,6 +14,7 @@ mod elastic;
 mod error;
 mod follow;
 mod mesh;
+mod open_cells;
 mod quality;
 
 pub use glam;

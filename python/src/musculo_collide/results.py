@@ -428,6 +428,8 @@ class BrokenLimit(Record):
     strain: float
     """Its largest strain, as that of a :class:`BodyChange`."""
     flipped_faces: int
+    flat_corners: int
+    """Corners of the elements of a volume mesh that are flat."""
     self_crossings: int
     """Crossing pairs of its own faces, beyond their number at the start."""
 

@@ -59,6 +59,7 @@ pub(super) struct BrokenRecord {
     strain_limit: f64,
     /// No face may turn over.
     flipped_faces: usize,
+    flat_corners: usize,
     /// No pair of faces may cross anew.
     new_self_crossings: usize,
     /// True if the state is kept all the same.
@@ -381,6 +382,7 @@ impl BrokenRecord {
             strain: broken.strain,
             strain_limit: params.max_strain,
             flipped_faces: broken.flipped_faces,
+            flat_corners: broken.flat_corners,
             new_self_crossings: broken.self_crossings,
             is_kept: params.keep_going,
         }
@@ -405,6 +407,9 @@ impl BrokenRecord {
         }
         if self.flipped_faces > 0 {
             broken.push(format!("{} turned over", counted(self.flipped_faces, "face")));
+        }
+        if self.flat_corners > 0 {
+            broken.push(format!("{} of elements flat", counted(self.flat_corners, "corner")));
         }
         if self.new_self_crossings > 0 {
             broken.push(counted(self.new_self_crossings, "new self-crossing"));

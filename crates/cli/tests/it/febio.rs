@@ -377,7 +377,7 @@ fn bone_across_shared_nodes_is_taken_off_both_parts() {
     }
 }
 
-/// A post is deeper than the elements are: those of one part would be inverted, and hold back all that share nodes.
+/// A post is deeper than two of the elements are: those of one part would be inverted, and hold back all that share nodes.
 #[test]
 fn parts_that_share_nodes_are_cut_at_one_share() {
     let mut model = Model::default();
@@ -386,7 +386,7 @@ fn parts_that_share_nodes_are_cut_at_one_share() {
         model.add(name, &block.translated(DVec3::new(x, -3.0, z)));
     }
     let post = Block::new(DVec3::new(0.94, 0.86, 4.4), [1, 1, 1]);
-    model.add("post", &post.translated(DVec3::new(-0.45, -0.23, -1.4)));
+    model.add("post", &post.translated(DVec3::new(-0.45, -0.23, -2.3)));
     let apart = Block::new(DVec3::splat(2.0), [2; 3]).translated(DVec3::new(0.0, 9.0, 2.9));
     model.add("apart", &apart);
     model

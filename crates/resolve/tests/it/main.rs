@@ -3,6 +3,7 @@
 mod absurd;
 mod accepted;
 mod anatomy;
+mod cells;
 mod extremes;
 mod gap;
 mod inside_out;

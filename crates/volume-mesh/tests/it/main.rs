@@ -231,6 +231,41 @@ fn a_dent_is_followed() {
     }
 }
 
+/// In equilibrium cells of the upper layers would be inverted from a depth of 0.8 on: they become stiffer, and nodes
+/// inside give way.
+#[test]
+fn cells_in_the_way_of_a_deep_dent_are_opened() {
+    for (mesh, rest) in blocks() {
+        let boundary = boundary(&mesh);
+        let target = pressed(&boundary, &rest, 0.9);
+        let followed = follow(&mesh, &rest, &target);
+        assert_eq!((followed.share, followed.blocking), (1.0, None), "{followed:?}");
+        assert_eq!(boundary.positions(&followed.positions), target);
+        assert!(followed.after.min_scaled_jacobian > 0.01, "{:?}", followed.after);
+    }
+}
+
+/// Two cells along each axis: all nodes but the one in the middle are on the boundary.
+#[test]
+fn corners_without_a_node_inside_are_listed() {
+    let block = Block::new(SIZE, [2, 2, 2]);
+    let cells = block.hexahedra.iter().copied().map(Cell::Hexahedron).collect();
+    let mesh = VolumeMesh::new(block.nodes.len(), cells).expect("valid nodes");
+    let boundary = boundary(&mesh);
+    let x = boundary.positions(&block.nodes);
+    let corners = boundary.corners(&mesh);
+    assert_eq!(
+        corners.len(),
+        8 * 4,
+        "of each cell those at the middle and next to it are left out"
+    );
+    for corner in corners {
+        let [p, a, b, c] = corner.map(|place| x[place as usize]);
+        let volume = DMat3::from_cols(a - p, b - p, c - p).determinant();
+        assert!((volume - SIZE.x * SIZE.y * SIZE.z / 8.0).abs() < 1e-12, "{corner:?}: {volume}");
+    }
+}
+
 /// The top is pushed through the base: the mesh comes as far as cells keep a tenth of their scaled
 /// Jacobian, and names the one in the way.
 #[test]

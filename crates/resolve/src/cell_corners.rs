@@ -1,0 +1,129 @@
+//! Corners of cells that the surface of a volume mesh holds by itself.
+//!
+//! Where the four nodes of a corner are on the surface, no place of the nodes inside keeps the cell from being inverted
+//! once the corner is. Such corners are held open as bodies are held apart: the vertex stays over the plane of the
+//! other three.
+
+use glam::DVec3;
+use surface::{Contact, ContactSide, Term};
+
+use crate::run::Run;
+use crate::tissue::Tissue;
+
+/// Scaled Jacobian that rounds leave a corner \[its limit\]. Below, what rounds miss breaks the limit; above, surfaces are
+/// held stiff.
+const KEPT_JACOBIAN: f64 = 3.0;
+
+/// Scaled Jacobian below which a corner is held \[its limit\]. Below, a step passes by the limit; above, more rows.
+const HELD_JACOBIAN: f64 = 6.0;
+
+/// Corner of a cell whose nodes are all on the surface.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CellCorner {
+    /// Its vertex, and those at the ends of its edges.
+    vertices: [u32; 4],
+    /// Determinant of its edges over the product of their lengths that it keeps.
+    limit: f64,
+}
+
+/// Shape of a corner.
+#[derive(Clone, Copy, Debug)]
+struct CornerShape {
+    /// Determinant of the edges over the product of their lengths.
+    jacobian: f64,
+    /// Unit normal of the plane through the ends of the edges, toward the vertex.
+    normal: DVec3,
+    /// Height of the vertex over that plane.
+    height: f64,
+    /// Height at which the determinant is the product of the lengths.
+    full_height: f64,
+}
+
+impl CornerShape {
+    /// Measures a corner; `None` where the ends of its edges are on a line.
+    fn new([p, a, b, c]: [DVec3; 4]) -> Option<Self> {
+        let doubled = (b - a).cross(c - a);
+        let normal = -doubled.try_normalize()?;
+        let height = (p - a).dot(normal);
+        let full_height = p.distance(a) * p.distance(b) * p.distance(c) / doubled.length();
+        Some(Self { jacobian: height / full_height, normal, height, full_height })
+    }
+}
+
+impl Tissue {
+    /// Holds corners open; those that are flat at rest are left.
+    pub(crate) fn hold_corners(&mut self, corners: &[[u32; 4]], min_jacobian_share: f64) {
+        for &vertices in corners {
+            let at_rest = CornerShape::new(vertices.map(|vertex| self.rest[vertex as usize]));
+            if let Some(shape) = at_rest.filter(|shape| shape.jacobian > 0.0) {
+                let limit = min_jacobian_share * shape.jacobian;
+                self.cell_corners.push(CellCorner { vertices, limit });
+            }
+        }
+    }
+
+    /// Counts the corners of cells that are flat at `x`.
+    pub(crate) fn count_flat_corners(&self, x: &[DVec3]) -> usize {
+        let is_flat = |corner: &&CellCorner| {
+            let shape = CornerShape::new(corner.vertices.map(|vertex| x[vertex as usize]));
+            shape.is_none_or(|shape| shape.jacobian.is_nan() || shape.jacobian < corner.limit)
+        };
+        self.cell_corners.iter().filter(is_flat).count()
+    }
+}
+
+impl Run<'_> {
+    /// Makes the contacts of corners of cells that are nearly flat.
+    pub(crate) fn corner_contacts(&self) -> Vec<Contact> {
+        let mut contacts = Vec::new();
+        for (tissue, body) in self.tissues.iter().zip(self.scene.bodies()) {
+            let (x, first) = (body.positions(), body.particles().start);
+            for corner in &tissue.cell_corners {
+                let shape = CornerShape::new(corner.vertices.map(|vertex| x[vertex as usize]));
+                let held = HELD_JACOBIAN * corner.limit;
+                let Some(shape) = shape.filter(|shape| shape.jacobian < held) else { continue };
+                let [p, ends @ ..] = corner.vertices.map(|vertex| first + vertex);
+                let p = [Term { particle: p, weight: 1.0 }];
+                let plane = ends.map(|particle| Term { particle, weight: 1.0 / 3.0 });
+                let gap = shape.height - KEPT_JACOBIAN * corner.limit * shape.full_height;
+                contacts.push(Contact::between(
+                    ContactSide::Particles(&p),
+                    ContactSide::Particles(&plane),
+                    shape.normal,
+                    gap,
+                ));
+            }
+        }
+        contacts
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CORNER: [DVec3; 4] = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+
+    #[test]
+    fn corners_are_measured_by_their_determinant() {
+        let full = CornerShape::new(CORNER).expect("a corner");
+        let third = 3.0_f64.sqrt().recip();
+        assert!((full.jacobian - 1.0).abs() < 1e-12, "{full:?}");
+        assert!((full.height - third).abs() < 1e-12, "{full:?}");
+        assert!((full.normal + DVec3::splat(third)).length() < 1e-12, "{full:?}");
+
+        // Moved through the plane, to where the cell is inverted.
+        let pressed = [DVec3::splat(0.5), DVec3::X, DVec3::Y, DVec3::Z];
+        let inverted = CornerShape::new(pressed).expect("a corner");
+        assert!(inverted.jacobian < 0.0 && inverted.height < 0.0, "{inverted:?}");
+        let missing = inverted.full_height - inverted.height;
+        let opened = CornerShape::new([
+            pressed[0] + missing * inverted.normal,
+            pressed[1],
+            pressed[2],
+            pressed[3],
+        ]);
+        assert!(opened.expect("a corner").jacobian > 0.0, "pushed the right way: {opened:?}");
+        assert!(CornerShape::new([DVec3::Y, DVec3::ZERO, DVec3::X, 2.0 * DVec3::X]).is_none());
+    }
+}
