@@ -217,4 +217,19 @@ mod tests {
         memory.remember(&[back]);
         assert_eq!(memory.turned, BTreeSet::from([7]), "corners of the face are not its own");
     }
+
+    /// What pushes a vertex out of a face along the normal pushes the face the other way.
+    #[test]
+    fn corners_of_a_face_are_pushed_against_the_normal() {
+        let contact = |normal, vertex, face| {
+            let stencil = surface::Stencil::vertex_face(vertex, face, [0.8, 0.1, 0.1]);
+            Contact { stencil, anchor: None, normal, offset: 0.0, gap: -1.0, time: None }
+        };
+        let mut memory = PushMemory::default();
+        memory.remember(&[contact(DVec3::Z, 7, [0, 1, 2])]);
+        memory.remember(&[contact(-DVec3::Z, 8, [7, 3, 4])]);
+        assert!(memory.turned.is_empty(), "pushed up, and up again: {memory:?}");
+        memory.remember(&[contact(DVec3::Z, 9, [7, 3, 4])]);
+        assert_eq!(memory.turned, BTreeSet::from([7]));
+    }
 }

@@ -132,6 +132,19 @@ mod tests {
     }
 
     #[test]
+    fn what_is_spoilt_is_not_clean_and_weighs() {
+        let params = ResolveParams::with_smoothing(6.0);
+        assert!(Round::default().is_clean(&params));
+        for round in [
+            Round { self_crossings: 1, ..Round::default() },
+            Round { flipped_faces: 1, ..Round::default() },
+            Round { flat_corners: 1, ..Round::default() },
+        ] {
+            assert!(!round.is_clean(&params) && round.weigh(&params) > 0.0, "{round:?}");
+        }
+    }
+
+    #[test]
     fn what_else_is_left_is_no_crossing_of_a_body_with_itself() {
         let crossing = Round { self_crossings: 2, ..Round::default() };
         assert!(crossing.only_crosses_itself() && !Round::default().only_crosses_itself());

@@ -105,3 +105,19 @@ fn corners_of_vertices_that_a_body_has_not_are_refused() {
     let error = ResolveError::NoSuchVertex { body: body.index(), vertex, count };
     assert_eq!(refused.err().map(|found| found.to_string()), Some(error.to_string()));
 }
+
+/// A corner with its edges in the wrong order is inverted at the start: it is nobody's to keep.
+#[test]
+fn corners_that_are_inverted_at_the_start_are_left() {
+    let block = Hexahedra::new();
+    let mut corners = block.boundary.corners(&block.mesh);
+    corners.iter_mut().for_each(|corner| corner.swap(1, 2));
+    let mut scene = block.with_bone_at(DVec3::new(12.5, 1.0, 1.0));
+    let body = scene.find("muscle").expect("a body");
+    let corners = CellCorners { body, corners, min_jacobian_share: 0.1 };
+    let conditions = Conditions { cell_corners: vec![corners], ..Conditions::default() };
+    let resolver = Resolver::new(ResolveParams::with_smoothing(6.0)).expect("valid parameters");
+    let resolution = resolver.with_conditions(conditions).resolve(&mut scene, Progress::none());
+    let resolution = resolution.expect("a resolution");
+    assert!(resolution.resolved, "{:?}", resolution.broken_limits);
+}
