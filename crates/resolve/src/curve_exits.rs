@@ -218,7 +218,7 @@ mod tests {
         assert_eq!(memory.turned, BTreeSet::from([7]), "corners of the face are not its own");
     }
 
-    /// What pushes a vertex out of a face along the normal pushes the face the other way.
+    /// A push of a vertex out of a face is one of the face the other way.
     #[test]
     fn corners_of_a_face_are_pushed_against_the_normal() {
         let contact = |normal, vertex, face| {

@@ -29,7 +29,7 @@ pub(crate) struct ElasticBody {
     lambda: f64,
 }
 
-/// Integration point: its terms, and its volume times the stiffness of its cell.
+/// Integration point: its terms, and its volume.
 #[derive(Clone, Copy, Debug)]
 struct IntegrationPoint {
     first: usize,
@@ -38,28 +38,22 @@ struct IntegrationPoint {
 }
 
 impl ElasticBody {
-    /// Builds the body of a mesh with the stiffness of each cell; `positions` leave no cell inverted.
-    pub(crate) fn new(
-        mesh: &VolumeMesh,
-        positions: &[DVec3],
-        stiffnesses: &[f64],
-        poisson_ratio: f64,
-    ) -> Self {
+    /// Builds the body of a mesh; `positions` leave no cell inverted.
+    pub(crate) fn new(mesh: &VolumeMesh, positions: &[DVec3], poisson_ratio: f64) -> Self {
         let lambda = 2.0 * poisson_ratio / (1.0 - 2.0 * poisson_ratio);
         let mut body = Self { points: Vec::new(), terms: Vec::new(), lambda };
         // One point is exact for the constant gradients of a tetrahedron, six and eight for the others.
-        for (cell, stiffness) in mesh.cells().iter().zip(stiffnesses) {
-            let sixth = stiffness / 6.0;
+        for cell in mesh.cells() {
             match cell {
-                Cell::Tetrahedron(nodes) => body.push(nodes, &TETRAHEDRON, sixth, positions),
+                Cell::Tetrahedron(nodes) => body.push(nodes, &TETRAHEDRON, 1.0 / 6.0, positions),
                 Cell::Wedge(nodes) => {
                     for sample in 0..6 {
-                        body.push(nodes, &wedge_gradients(sample), sixth, positions);
+                        body.push(nodes, &wedge_gradients(sample), 1.0 / 6.0, positions);
                     }
                 }
                 Cell::Hexahedron(nodes) => {
                     for sample in 0..8 {
-                        body.push(nodes, &hexahedron_gradients(sample), *stiffness, positions);
+                        body.push(nodes, &hexahedron_gradients(sample), 1.0, positions);
                     }
                 }
             }

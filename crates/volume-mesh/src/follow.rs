@@ -2,7 +2,7 @@
 //!
 //! Each step solves for the elastic equilibrium at the present positions and goes as far towards it
 //! as no cell falls below a share of its scaled Jacobian at the start: the whole way, or half of it,
-//! and so on. Cells in the way become stiffer, and nodes inside are moved to where those are less flat.
+//! and so on, once nodes inside have been moved to where cells in the way are less flat.
 //! Boundary and interior move together, so that every state on the way is a mesh.
 
 use glam::DVec3;
@@ -70,9 +70,6 @@ const MIN_GAIN: f64 = 1.0 / 256.0;
 /// Scaled Jacobian below which a cell is nearly flat [its limit].
 pub(crate) const NEARLY_FLAT: f64 = 3.0;
 
-/// Factor on the stiffness of a cell in the way.
-const STIFFER: f64 = 4.0;
-
 impl VolumeMesh {
     /// Moves the nodes inside after those of the boundary, from `rest` to `target`, the positions of
     /// the boundary's nodes.
@@ -124,19 +121,17 @@ impl VolumeMesh {
         let before = self.quality(rest);
         let (positions, share, blocking) = (rest.to_vec(), 0.0, None);
         let mut followed = Followed { positions, share, steps: 0, before, after: before, blocking };
-        let mut stiffnesses = vec![1.0; self.cells().len()];
         while followed.share < 1.0 && followed.steps < params.max_steps {
             let u = boundary.displacements(&followed.positions, target);
             if u.iter().all(|u| *u == DVec3::ZERO) {
                 followed.share = 1.0;
                 break;
             }
-            let body =
-                ElasticBody::new(self, &followed.positions, &stiffnesses, params.poisson_ratio);
+            let body = ElasticBody::new(self, &followed.positions, params.poisson_ratio);
             let u = body.equilibrium(u, &is_given, progress)?;
             followed.steps += 1;
             let share = followed.share;
-            self.advance(&mut followed, &u, &is_given, &limits, &mut stiffnesses);
+            self.advance(&mut followed, &u, &is_given, &limits);
             if followed.share < share + MIN_GAIN {
                 break;
             }
@@ -180,16 +175,8 @@ impl VolumeMesh {
         Ok(limits)
     }
 
-    /// Moves all nodes along their displacements, as far as cells keep their limits. Cells that are in the way become
-    /// stiffer, and nodes inside give way to them.
-    fn advance(
-        &self,
-        followed: &mut Followed,
-        u: &[DVec3],
-        is_given: &[bool],
-        limits: &[f64],
-        stiffnesses: &mut [f64],
-    ) {
+    /// Moves all nodes along their displacements, as far as cells keep their limits and nodes inside give way to them.
+    fn advance(&self, followed: &mut Followed, u: &[DVec3], is_given: &[bool], limits: &[f64]) {
         let mut step = 1.0;
         while step >= MIN_STEP {
             let mut positions = Vec::with_capacity(u.len());
@@ -197,9 +184,6 @@ impl VolumeMesh {
                 positions.push(*x + step * *u);
             }
             if self.first_below(&positions, limits).is_some() {
-                if step >= 1.0 {
-                    self.stiffen(&positions, limits, stiffnesses);
-                }
                 self.open_cells(&mut positions, is_given, limits);
             }
             let Some(blocking) = self.first_below(&positions, limits) else {
@@ -209,15 +193,6 @@ impl VolumeMesh {
             };
             followed.blocking = Some(blocking);
             step *= 0.5;
-        }
-    }
-
-    /// Stiffens cells that are nearly flat at some positions.
-    fn stiffen(&self, positions: &[DVec3], limits: &[f64], stiffnesses: &mut [f64]) {
-        for (cell, jacobian) in self.scaled_jacobians(positions).into_iter().enumerate() {
-            if jacobian < NEARLY_FLAT * limits[cell] {
-                stiffnesses[cell] *= STIFFER;
-            }
         }
     }
 

@@ -231,8 +231,7 @@ fn a_dent_is_followed() {
     }
 }
 
-/// In equilibrium cells of the upper layers would be inverted from a depth of 0.8 on: they become stiffer, and nodes
-/// inside give way.
+/// In equilibrium cells of the upper layers would be inverted from a depth of 0.8 on: nodes inside give way to them.
 #[test]
 fn cells_in_the_way_of_a_deep_dent_are_opened() {
     for (mesh, rest) in blocks() {
