@@ -10,20 +10,29 @@ use surface::{Contact, ContactSide, Term};
 use crate::run::Run;
 use crate::tissue::Tissue;
 
-/// Scaled Jacobian that rounds leave a corner \[its limit\]. Below, what rounds miss breaks the limit; above, surfaces are
-/// held stiff.
-const KEPT_JACOBIAN: f64 = 3.0;
+/// Scaled Jacobian that rounds leave a corner, between its limit and that at the start. Below, what rounds miss breaks
+/// the limit; above, surfaces are held stiff.
+const KEPT_SHARE: f64 = 0.18;
 
-/// Scaled Jacobian below which a corner is held \[its limit\]. Below, a step passes by the limit; above, more rows.
-const HELD_JACOBIAN: f64 = 6.0;
+/// Scaled Jacobian below which a corner is held, likewise. Below, a step passes by the limit; above, more rows.
+const HELD_SHARE: f64 = 0.55;
 
 /// Corner of a cell whose nodes are all on the surface.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CellCorner {
     /// Its vertex, and those at the ends of its edges.
     vertices: [u32; 4],
-    /// Determinant of its edges over the product of their lengths that it keeps.
+    /// Determinant of its edges over the product of their lengths, at rest.
+    at_rest: f64,
+    /// Such a determinant that it keeps.
     limit: f64,
+}
+
+impl CellCorner {
+    /// Returns the determinant at a share of the way from the limit to rest.
+    fn at_share(&self, share: f64) -> f64 {
+        self.limit + share * (self.at_rest - self.limit)
+    }
 }
 
 /// Shape of a corner.
@@ -54,10 +63,10 @@ impl Tissue {
     /// Holds corners open; those that are flat at rest are left.
     pub(crate) fn hold_corners(&mut self, corners: &[[u32; 4]], min_jacobian_share: f64) {
         for &vertices in corners {
-            let at_rest = CornerShape::new(vertices.map(|vertex| self.rest[vertex as usize]));
-            if let Some(shape) = at_rest.filter(|shape| shape.jacobian > 0.0) {
-                let limit = min_jacobian_share * shape.jacobian;
-                self.cell_corners.push(CellCorner { vertices, limit });
+            let shape = CornerShape::new(vertices.map(|vertex| self.rest[vertex as usize]));
+            if let Some(shape) = shape.filter(|shape| shape.jacobian > 0.0) {
+                let (at_rest, limit) = (shape.jacobian, min_jacobian_share * shape.jacobian);
+                self.cell_corners.push(CellCorner { vertices, at_rest, limit });
             }
         }
     }
@@ -80,18 +89,15 @@ impl Run<'_> {
             let (x, first) = (body.positions(), body.particles().start);
             for corner in &tissue.cell_corners {
                 let shape = CornerShape::new(corner.vertices.map(|vertex| x[vertex as usize]));
-                let held = HELD_JACOBIAN * corner.limit;
+                let held = corner.at_share(HELD_SHARE);
                 let Some(shape) = shape.filter(|shape| shape.jacobian < held) else { continue };
                 let [p, ends @ ..] = corner.vertices.map(|vertex| first + vertex);
                 let p = [Term { particle: p, weight: 1.0 }];
                 let plane = ends.map(|particle| Term { particle, weight: 1.0 / 3.0 });
-                let gap = shape.height - KEPT_JACOBIAN * corner.limit * shape.full_height;
-                contacts.push(Contact::between(
-                    ContactSide::Particles(&p),
-                    ContactSide::Particles(&plane),
-                    shape.normal,
-                    gap,
-                ));
+                let (p, plane) = (ContactSide::Particles(&p), ContactSide::Particles(&plane));
+                let offset = corner.at_share(KEPT_SHARE) * shape.full_height;
+                let gap = shape.height - offset;
+                contacts.push(Contact { offset, ..Contact::between(p, plane, shape.normal, gap) });
             }
         }
         contacts

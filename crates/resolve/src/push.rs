@@ -113,7 +113,8 @@ impl Run<'_> {
         Ok(ContactIslands::new(&all, law, &self.inverse_masses)?)
     }
 
-    /// Collects the contacts of each pair, then those of bodies with themselves, and updates exit directions.
+    /// Collects the contacts of each pair, then those of bodies with themselves and of corners of cells, and updates
+    /// exit directions.
     pub(crate) fn contacts(&mut self) -> Result<Vec<Vec<Contact>>, Interrupted> {
         // Memories are taken out, to be changed while the tissues are shared.
         let mut pairs: Vec<(&NearPair, PairMemory)> = Vec::new();
