@@ -8,7 +8,7 @@ use glam::DVec3;
 use surface::{Contact, ContactSide, Term};
 
 use crate::run::Run;
-use crate::tissue::Tissue;
+use crate::tissue::{CellCorner, Tissue};
 
 /// Scaled Jacobian that rounds leave a corner, between its limit and that at the start. Below, what rounds miss breaks
 /// the limit; above, surfaces are held stiff.
@@ -16,17 +16,6 @@ const KEPT_SHARE: f64 = 0.18;
 
 /// Scaled Jacobian below which a corner is held, likewise. Below, a step passes by the limit; above, more rows.
 const HELD_SHARE: f64 = 0.55;
-
-/// Corner of a cell whose nodes are all on the surface.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct CellCorner {
-    /// Its vertex, and those at the ends of its edges.
-    vertices: [u32; 4],
-    /// Determinant of its edges over the product of their lengths, at rest.
-    at_rest: f64,
-    /// Such a determinant that it keeps.
-    limit: f64,
-}
 
 impl CellCorner {
     /// Returns the determinant at a share of the way from the limit to rest.

@@ -13,6 +13,7 @@ use proximity::{ClosestPoint, NearVertex, contact};
 use scene::{Body, BodyKind};
 use surface::{Contact, triangle};
 
+use crate::curve_exits::PushMemory;
 use crate::spread::symmetric_sweeps;
 use crate::tissue::{Tissue, fitted_tree};
 
@@ -32,6 +33,13 @@ pub(crate) struct ExitMemory {
     pub(crate) directions: Vec<DVec3>,
     /// True for deep vertices that left a bone by their nearest way, since none led out in their direction.
     left_nearest: Vec<bool>,
+}
+
+/// Ways by which the bodies of a pair came apart in earlier rounds.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct PairMemory {
+    pub(crate) exits: [ExitMemory; 2],
+    pub(crate) pushes: PushMemory,
 }
 
 impl ExitMemory {
@@ -246,7 +254,6 @@ mod tests {
 
     use super::*;
     use crate::exempt::Exempt;
-    use crate::push::PairMemory;
     use crate::run::Run;
     use crate::test_scenes::bone_and_muscle;
     use crate::{Conditions, ResolveParams};

@@ -8,10 +8,9 @@ use surface::{Contact, parallel};
 
 use crate::contact_islands::ContactIslands;
 use crate::count::as_f64;
-use crate::curve_exits::PushMemory;
 use crate::detection::{clearance, detection_margin};
 use crate::exit_patches::{PatchSide, direct_patches};
-use crate::exit_sides::{ExitMemory, ExitSide};
+use crate::exit_sides::{ExitSide, PairMemory};
 use crate::near_pairs::NearPair;
 use crate::run::Run;
 use crate::self_contacts::SelfSurface;
@@ -32,13 +31,6 @@ const SHAPE_PASSES: u32 = 2;
 /// Correction at which the contact solver stops \[tolerances\]. Below, sweeps change nothing
 /// that is measured; above, the sum of many small remainders exceeds the tolerance.
 const SOLVER_TOLERANCE: f64 = 2e-3;
-
-/// Ways by which the bodies of a pair came apart in earlier rounds.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct PairMemory {
-    pub(crate) exits: [ExitMemory; 2],
-    pub(crate) pushes: PushMemory,
-}
 
 impl Run<'_> {
     /// Computes displacements that separate all contacts, or as far as one round goes, and

@@ -12,8 +12,8 @@ use surface::progress::{Interrupted, Progress};
 use crate::detection::{check, clearance, detection_margin};
 use crate::elastic::GapRow;
 use crate::exempt::Exempt;
+use crate::exit_sides::PairMemory;
 use crate::near_pairs::{NearPair, NearPairs};
-use crate::push::PairMemory;
 use crate::resolution::{
     BodyChange, Obstacle, Remaining, Resolution, deepest, max_bracket, overlaps_in,
 };

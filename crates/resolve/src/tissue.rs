@@ -12,7 +12,6 @@ use surface::progress::{Interrupted, Progress};
 use surface::{TriangleSurface, mean_edge, parallel, triangle, vertex_areas, vertex_normals};
 
 use crate::ResolveParams;
-use crate::cell_corners::CellCorner;
 use crate::count::as_f64;
 
 /// One body at rest, with the links between its vertices and its displacement in a round.
@@ -105,6 +104,17 @@ fn face_normals(faces: &[[u32; 3]], x: &[DVec3]) -> Vec<DVec3> {
 pub(crate) struct Link {
     pub(crate) neighbor: u32,
     pub(crate) stiffness: f64,
+}
+
+/// Corner of a cell whose nodes are all on the surface.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CellCorner {
+    /// Its vertex, and those at the ends of its edges.
+    pub(crate) vertices: [u32; 4],
+    /// Determinant of its edges over the product of their lengths, at rest.
+    pub(crate) at_rest: f64,
+    /// Such a determinant that it keeps.
+    pub(crate) limit: f64,
 }
 
 /// Elastic link from a vertex through the body, to a point of the opposite side.
