@@ -35,16 +35,6 @@ impl LoadedScene {
             conditions.uncrossed.push(self.body_id(&description.name)?);
         }
 
-        let ids: Vec<BodyId> = self.scene.ids().collect();
-        for (body, volume) in ids.into_iter().zip(&self.volumes) {
-            let Some(Volume { mesh, boundary, .. }) = volume else { continue };
-            if !self.scene.body(body).is_rigid() {
-                let FollowParams { min_jacobian_share, .. } = FollowParams::default();
-                let corners = boundary.corners(mesh);
-                conditions.cell_corners.push(CellCorners { body, corners, min_jacobian_share });
-            }
-        }
-
         // A selection of no vertex would hold nothing: it is an error, not an empty condition.
         for fixed in &self.description.fixed {
             let fixed = fixed.get_ref();
@@ -83,7 +73,20 @@ impl LoadedScene {
             conditions.fixed.push(FixedVertices { body, vertices });
         }
         self.tie_shared_nodes(&mut conditions);
+        self.keep_cell_corners(&mut conditions);
         Ok(conditions)
+    }
+
+    /// Adds the corners of soft volume meshes that their surfaces hold by themselves.
+    fn keep_cell_corners(&self, conditions: &mut Conditions) {
+        let FollowParams { min_jacobian_share, .. } = FollowParams::default();
+        for (body, volume) in self.scene.ids().zip(&self.volumes) {
+            let Some(Volume { mesh, boundary, .. }) = volume else { continue };
+            if !self.scene.body(body).is_rigid() {
+                let corners = boundary.corners(mesh);
+                conditions.cell_corners.push(CellCorners { body, corners, min_jacobian_share });
+            }
+        }
     }
 
     fn body_id(&self, name: &str) -> Result<BodyId, Failure> {

@@ -1,9 +1,10 @@
 //! Ways out of shallow overlaps whose corners go in and out in turns.
 //!
 //! Where two ridges stand side by side, a corner of either is just below the top of the other. Its nearest way out
-//! leads over that top, and takes the other corner in. The overlap itself tells the sides apart: the area that its
-//! curve encloses, as a vector, points where the bodies cover each other least. From the round on in which a particle
-//! is pushed back, the faces that cross there come apart in that direction.
+//! leads over that top, and takes the other corner in. The sides follow from the overlap as a whole: the vector area of
+//! the curve in which faces cross, ½ ∮ x × dx, is the gradient of the overlap's volume under a translation (divergence
+//! theorem). Along it the volume falls fastest, and the way out is short. From the round on in
+//! which a particle is pushed back, the faces that cross there come apart in that direction.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -17,7 +18,7 @@ use crate::edge_contacts::{FaceSide, contact_along};
 /// from two sides counts; above, corners that are pushed back at an angle do not.
 const MAX_TURNED_COSINE: f64 = -0.7;
 
-/// Share of the area of a curve that its vector keeps at least. Below, tissue that embraces a bone leaves it to one
+/// Share of the area of a curve that its vector area keeps at least. Below, tissue that embraces a bone leaves it to one
 /// side; above, curves around a corner have no direction.
 const MIN_AREA_SHARE: f64 = 0.4;
 
@@ -42,6 +43,7 @@ impl PushMemory {
         if self.turned.is_empty() {
             return;
         }
+        let sides = FaceSide::of_pair(bodies);
         for faces in connected(crossing_faces) {
             let particles = particles(bodies, &faces);
             if particles.is_disjoint(&self.turned) {
@@ -52,7 +54,6 @@ impl PushMemory {
                 let mut terms = contact.stencil.terms().iter();
                 contact.gap >= 0.0 || !terms.any(|term| particles.contains(&term.particle))
             });
-            let sides = FaceSide::of_pair(bodies);
             contacts.extend(faces.iter().filter_map(|pair| contact_along(sides, *pair, direction)));
         }
     }
@@ -100,11 +101,13 @@ fn particles(bodies: [&Body; 2], faces: &[[u32; 2]]) -> BTreeSet<u32> {
     particles
 }
 
-/// Computes the direction out of the second body in which the overlap that faces enclose is covered least; `None`
-/// where it is embraced from all sides.
+/// Computes the direction of the vector area of the curve in which faces cross, out of the second body; `None` where
+/// the overlap is embraced from all sides.
 fn way_out(bodies: [&Body; 2], faces: &[[u32; 2]]) -> Option<DVec3> {
     let segments: Vec<[DVec3; 2]> =
         faces.iter().filter_map(|pair| crossing_segment(bodies, *pair)).collect();
+
+    // About the center of the curve, so that gaps in it count for little.
     let mut sum = DVec3::ZERO;
     let mut length = 0.0;
     for [from, to] in &segments {
@@ -112,6 +115,8 @@ fn way_out(bodies: [&Body; 2], faces: &[[u32; 2]]) -> Option<DVec3> {
         length += from.distance(*to);
     }
     let center = sum / length;
+
+    // The areas of its triangles there, added as vectors and as numbers.
     let (mut vector, mut area) = (DVec3::ZERO, 0.0);
     for [from, to] in segments {
         let doubled = (from - center).cross(to - center);

@@ -167,6 +167,7 @@ impl Run<'_> {
         // Edges come free with deep vertices, and until then mean little.
         if self.uses_edges(report) {
             contacts.extend_from_slice(edges);
+            // Elastic rounds take all pushes anew, and give up some of them.
             if self.rounds.len() > self.elastic_rounds() {
                 let bodies = [a, b].map(|id| self.scene.body(id));
                 memory.pushes.direct(bodies, &report.crossing_faces, &mut contacts);

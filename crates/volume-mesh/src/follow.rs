@@ -67,7 +67,8 @@ const MIN_STEP: f64 = 1.0 / 64.0;
 /// are given up.
 const MIN_GAIN: f64 = 1.0 / 256.0;
 
-/// Scaled Jacobian below which a cell is nearly flat [its limit].
+/// Scaled Jacobian below which a cell is nearly flat \[its limit\]. Below, cells that are just open stay so; above, nodes of
+/// good cells move, too.
 pub(crate) const NEARLY_FLAT: f64 = 3.0;
 
 impl VolumeMesh {
@@ -183,10 +184,12 @@ impl VolumeMesh {
             for (x, u) in followed.positions.iter().zip(u) {
                 positions.push(*x + step * *u);
             }
-            if self.first_below(&positions, limits).is_some() {
+            let mut blocking = self.first_below(&positions, limits);
+            if blocking.is_some() {
                 self.open_cells(&mut positions, is_given, limits);
+                blocking = self.first_below(&positions, limits);
             }
-            let Some(blocking) = self.first_below(&positions, limits) else {
+            let Some(blocking) = blocking else {
                 followed.positions = positions;
                 followed.share = 1.0 - (1.0 - followed.share) * (1.0 - step);
                 return;

@@ -1,8 +1,12 @@
 //! Nodes inside that move to where the cells around them are less flat.
 //!
-//! The elastic equilibrium knows nothing of flat cells. Where one is in the way, the nodes inside of it are moved, one by
-//! one, so that the least scaled Jacobian of the cells around each of them rises, of those that are below what they should
-//! be. A compass search: the least of several is not smooth.
+//! The elastic equilibrium knows nothing of flat cells. Where one is in the way, its nodes inside are moved, one by one, so
+//! that the least scaled Jacobian of the cells around each of them rises over its limit: by a compass search, since the
+//! least of several has no gradient.
+//!
+//! Sources: L. A. Freitag and C. Ollivier-Gooch, "Tetrahedral mesh improvement using swapping and smoothing",
+//! International Journal for Numerical Methods in Engineering 40, 1997 (one node at a time); T. G. Kolda, R. M. Lewis and
+//! V. Torczon, "Optimization by direct search", SIAM Review 45, 2003 (compass search).
 
 use std::collections::BTreeMap;
 
@@ -12,10 +16,14 @@ use crate::follow::NEARLY_FLAT;
 use crate::quality::scaled_jacobian;
 use crate::{Cell, VolumeMesh};
 
-/// Passes over all nodes of nearly flat cells.
+/// Passes over all nodes of nearly flat cells. Below, cells with several nodes inside stay flat; above, cells without a
+/// way out take longer.
 const PASSES: usize = 4;
 
-/// First step of a search, and the last one [longest edge of a cell from the node].
+/// Maximum number of moves of a node in one search, which far fewer end.
+const MAX_MOVES: usize = 256;
+
+/// First step of a search, and the last one \[the longest way from the node to another one of its cells\].
 const STEPS: [f64; 2] = [0.25, 0.004];
 
 /// Directions of a search, as those from the middle of a cube to its sides and corners.
@@ -102,10 +110,14 @@ impl VolumeMesh {
             longest = longest.max(longest_way(&self.cells()[cell], node, positions));
         }
 
+        // The best of all directions, or a step half as long.
         let start = positions[node];
         let mut best = quality(positions);
         let mut step = STEPS[0] * longest;
-        while step >= STEPS[1] * longest && step > 0.0 {
+        for _ in 0..MAX_MOVES {
+            if step < STEPS[1] * longest {
+                break;
+            }
             let from = positions[node];
             let mut end = from;
             for direction in DIRECTIONS {
