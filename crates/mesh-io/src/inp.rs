@@ -12,8 +12,8 @@
 
 use std::collections::HashMap;
 
-use crate::inp_keyword::{InpLine, Keyword, real};
-use crate::inp_outline::INP;
+use crate::inp_keyword::{INP, InpLine, Keyword, real};
+use crate::inp_rigid::{ElementList, RigidElements};
 use crate::parts::Part;
 use crate::solid::Solid;
 use crate::text::{Line, number, placed_fields, quoted};
@@ -59,6 +59,24 @@ pub(crate) enum Sorting {
 pub(crate) struct InpContent {
     pub(crate) nodes: TextNodes,
     pub(crate) parts: Vec<Part>,
+    /// Lists of the elements that are meshes.
+    pub(crate) lists: Vec<ElementList>,
+}
+
+impl InpContent {
+    /// Returns true if all elements of a part's mesh are rigid, by their type or those of the body.
+    pub(crate) fn is_rigid(&self, part: usize, rigid: &RigidElements) -> bool {
+        let own = || self.lists.iter().filter(|list| list.part == part && !list.is_empty());
+        own().next().is_some() && own().all(|list| rigid.have(list))
+    }
+
+    /// Marks the parts that are rigid.
+    pub(crate) fn mark_rigid(&mut self, rigid: &RigidElements) {
+        for part in 0..self.parts.len() {
+            let is_rigid = self.is_rigid(part, rigid);
+            self.parts[part].set_rigid(is_rigid);
+        }
+    }
 }
 
 /// Reads nodes and elements from lines.
@@ -159,7 +177,7 @@ impl InpReader {
                 self.part = self.part_of_set(keyword.value("ELSET"));
             }
             self.kind = kind.to_ascii_uppercase();
-            return self.begin_elements(line);
+            return self.begin_elements(line, keyword.value("ELSET"));
         }
 
         if keyword.is_any(&["ASSEMBLY", "ENDINSTANCE"]) {
@@ -170,8 +188,8 @@ impl InpReader {
         Ok(Block::Skipped)
     }
 
-    /// Returns the block of elements of the type that is read.
-    fn begin_elements(&mut self, line: usize) -> Result<Block, ReadError> {
+    /// Returns the block of elements of the type that is read, of a set.
+    fn begin_elements(&mut self, line: usize, set: Option<&str>) -> Result<Block, ReadError> {
         let kind = &self.kind;
         let Some(block) = element_block(kind, self.elements) else {
             let feature = unsupported_feature(kind);
@@ -186,7 +204,8 @@ impl InpReader {
             return Ok(block);
         }
         if !self.is_in_assembly {
-            self.content.parts[self.part].add_rigidity(kind.starts_with(RIGID));
+            let is_rigid = kind.starts_with(RIGID);
+            self.content.lists.push(ElementList::new(self.part, set, is_rigid));
             return Ok(block);
         }
 
@@ -249,13 +268,16 @@ impl InpReader {
         } else {
             part.polygons.push_nodes(&nodes);
         }
+        if let Some(list) = self.content.lists.last_mut() {
+            list.push(number);
+        }
         self.element.clear();
         Ok(())
     }
 
     /// Counts an element of which this is the first line, and lists the nodes of a line.
     fn skip_element(&mut self, line: &Line<'_>) {
-        let InpContent { nodes, parts } = &mut self.content;
+        let InpContent { nodes, parts, .. } = &mut self.content;
         let part = &mut parts[self.part];
         let fields =
             placed_fields(line.text, line.start, b',').skip(usize::from(!self.is_skipping));

@@ -6,7 +6,14 @@
 //!
 //! Source: "Abaqus Analysis User's Guide", "Input syntax rules".
 
+use crate::error::Format;
 use crate::text::{Line, Lines, number};
+
+/// Abaqus input file in refusals.
+pub(crate) static INP: Format = Format {
+    name: "INP",
+    remedy: "save the nodes and elements of solids or surfaces in one file, each body as a part",
+};
 
 /// Minimum length of an abbreviated keyword: below, some are those of several keywords that are read here.
 const MIN_ABBREVIATION: usize = 4;
@@ -31,7 +38,7 @@ pub(crate) struct Keyword<'a> {
     pub(crate) line: Line<'a>,
     /// Keyword in upper case without blanks.
     pub(crate) name: String,
-    /// Parameters in upper case without blanks, with their values.
+    /// Parameters in upper case without blanks, with their values, empty where they have none.
     parameters: Vec<[String; 2]>,
 }
 
@@ -94,7 +101,7 @@ impl<'a> Keyword<'a> {
         });
         let name = fields.next().unwrap_or_default();
         let name = without_blanks(name.strip_prefix('*').unwrap_or(name)).to_ascii_uppercase();
-        let parameters = fields.filter_map(|field| field.split_once('='));
+        let parameters = fields.map(|field| field.split_once('=').unwrap_or((field, "")));
         let parameters = parameters
             .map(|(key, value)| [without_blanks(key).to_ascii_uppercase(), unquoted(value)]);
         Self { line, name, parameters: parameters.collect() }
@@ -110,11 +117,21 @@ impl<'a> Keyword<'a> {
         keywords.iter().any(|keyword| self.is(keyword))
     }
 
+    /// Returns true if it has a parameter, with a value or without.
+    pub(crate) fn has(&self, parameter: &str) -> bool {
+        self.values(parameter).next().is_some()
+    }
+
     /// Returns the value of a parameter, where it has one.
     pub(crate) fn value(&self, parameter: &str) -> Option<&str> {
-        let has_key = |[key, _]: &&[String; 2]| !key.is_empty() && parameter.starts_with(key);
-        let [_, value] = self.parameters.iter().find(has_key)?;
-        (!value.is_empty()).then_some(value)
+        self.values(parameter).next().filter(|value| !value.is_empty())
+    }
+
+    /// Returns the values of a parameter, in full or abbreviated.
+    fn values(&self, parameter: &str) -> impl Iterator<Item = &str> {
+        let is_same = move |key: &str| !key.is_empty() && parameter.starts_with(key);
+        let parameters = self.parameters.iter();
+        parameters.filter(move |[key, _]| is_same(key)).map(|[_, value]| value.as_str())
     }
 }
 

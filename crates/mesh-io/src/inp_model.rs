@@ -14,9 +14,10 @@ use glam::DVec3;
 use crate::ReadError;
 use crate::copy::{Copy, Precision, check_range};
 use crate::inp::{InpContent, Sorting, parse_content, unsupported_type};
-use crate::inp_keyword::InpLines;
-use crate::inp_outline::{INP, Outline, Section};
+use crate::inp_keyword::{INP, InpLines};
+use crate::inp_outline::{Outline, Section};
 use crate::inp_placement::Placement;
+use crate::inp_rigid::{ElementList, RigidElements};
 use crate::mesh::Mesh;
 use crate::parts::{FileParts, Part};
 use crate::text::{Lines, quoted};
@@ -122,13 +123,15 @@ fn whole(bytes: &[u8], outline: &Outline<'_>) -> Result<Mesh, ReadError> {
         nodes.positions.iter_mut().for_each(|x| *x = placement.place(*x));
     }
 
+    let is_rigid = content.is_rigid(0, &outline.rigid_elements_of_all()?);
+
     // Of what there is no mesh, the first type is named.
     let part = content.only_part();
     let has_mesh = !part.cells.is_empty() || !part.polygons.is_empty();
     if let (false, Some(kind)) = (has_mesh, part.skipped.counts.keys().next()) {
         return Err(unsupported_type(kind));
     }
-    let (skipped, is_rigid) = (part.skipped.clone().if_any(), part.is_rigid());
+    let skipped = part.skipped.clone().if_any();
     let mesh = Mesh::of_elements(
         nodes,
         std::mem::take(&mut part.cells),
@@ -147,6 +150,7 @@ impl InpModel {
         }
         let sorting = if outline.only_name().is_some() { Sorting::Part } else { Sorting::Sets };
         let mut content = read_parts(&Lines::new(bytes), sorting)?;
+        content.mark_rigid(&outline.rigid_elements_of_all()?);
         match outline.only_name() {
             Some(name) => content.parts[0].set_name(name),
             None => {
@@ -188,7 +192,8 @@ impl InpModel {
         let mut model = Self::new();
         if outline.instances.is_empty() {
             for (part, content) in outline.parts.iter().zip(&parts) {
-                model.push_body(part, content, None)?;
+                let rigid = outline.rigid_elements(part)?;
+                model.push_body(part, content, &rigid, None)?;
             }
             return Ok(model);
         }
@@ -198,9 +203,10 @@ impl InpModel {
         let (mut is_used, mut repeated) = (vec![false; parts.len()], 0);
         for (instance, part) in outline.instances.iter().zip(part_of) {
             let own = read_parts(&instance.lines, Sorting::Part)?;
+            let rigid = outline.rigid_elements(instance)?;
             let of_part = part.filter(|&part| !parts[part].nodes.places.is_empty());
             let Some(part) = of_part else {
-                model.push_body(instance, &own, None)?;
+                model.push_body(instance, &own, &rigid, None)?;
                 continue;
             };
             if !own.nodes.places.is_empty() {
@@ -220,7 +226,7 @@ impl InpModel {
             let name = outline.parts[part].name.clone();
             let instances = name.as_ref().and_then(|name| shared.get(name));
             let is_shared = instances.is_some_and(|instances| instances.len() > 1);
-            model.push_body(instance, &parts[part], name.filter(|_| is_shared))?;
+            model.push_body(instance, &parts[part], &rigid, name.filter(|_| is_shared))?;
         }
         Ok(model)
     }
@@ -234,13 +240,16 @@ impl InpModel {
         &mut self,
         section: &Section<'_>,
         content: &InpContent,
+        rigid: &RigidElements,
         shared_part: Option<String>,
     ) -> Result<(), ReadError> {
         let first = self.node_count();
         self.push_nodes(content, section.placement.clone(), shared_part)?;
         let name = section.name.as_deref().unwrap_or_default();
         let nodes = first..self.node_count();
-        self.parts.push(content.parts[0].with_nodes(name, nodes));
+        let mut part = content.parts[0].with_nodes(name, nodes);
+        part.set_rigid(content.is_rigid(0, rigid));
+        self.parts.push(part);
         Ok(())
     }
 
@@ -328,6 +337,8 @@ fn read_parts(lines: &Lines<'_>, sorting: Sorting) -> Result<InpContent, ReadErr
         return Ok(content);
     }
     let surfaces = read(MeshElements::Polygons)?;
+    let is_surface = |list: &ElementList| content.parts[list.part].cells.is_empty();
+    content.lists.extend(surfaces.lists.into_iter().filter(is_surface));
     for (part, surface) in content.parts.iter_mut().zip(surfaces.parts) {
         if part.cells.is_empty() {
             *part = surface;

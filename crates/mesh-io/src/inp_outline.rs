@@ -5,16 +5,10 @@
 use std::collections::{BTreeMap, HashMap};
 
 use crate::ReadError;
-use crate::error::Format;
-use crate::inp_keyword::{InpLine, InpLines, Keyword};
+use crate::inp_keyword::{INP, InpLine, InpLines, Keyword};
 use crate::inp_placement::{Placement, PlacementLines};
+use crate::inp_rigid::{RigidBodies, RigidElements, SetOwner};
 use crate::text::{Line, Lines, quoted};
-
-/// Abaqus input file in refusals.
-pub(crate) static INP: Format = Format {
-    name: "INP",
-    remedy: "save the nodes and elements of solids or surfaces in one file, each body as a part",
-};
 
 /// Parts and instances of a file, in its order.
 #[derive(Debug, Default)]
@@ -23,6 +17,7 @@ pub(crate) struct Outline<'a> {
     pub(crate) instances: Vec<Section<'a>>,
     /// Lines outside of all parts and instances.
     pub(crate) outside: Vec<Lines<'a>>,
+    pub(crate) rigid: RigidBodies<'a>,
 }
 
 /// Part or instance.
@@ -97,6 +92,24 @@ impl<'a> Outline<'a> {
         Ok(parts)
     }
 
+    /// Returns the rigid elements of a part or an instance.
+    pub(crate) fn rigid_elements(&self, section: &Section<'_>) -> Result<RigidElements, ReadError> {
+        let name = section.name.as_deref().unwrap_or_default();
+        let own = if self.instances.is_empty() {
+            [SetOwner::part(name), SetOwner::part(name)]
+        } else {
+            let part = section.part.as_deref().unwrap_or_default();
+            [SetOwner::instance(name), SetOwner::part(part)]
+        };
+        self.rigid.elements(|owner| own.contains(owner))
+    }
+
+    /// Returns the rigid elements of a file with one part or instance at most.
+    pub(crate) fn rigid_elements_of_all(&self) -> Result<RigidElements, ReadError> {
+        let is_flat = self.parts.is_empty() && self.instances.is_empty();
+        self.rigid.elements(|owner| is_flat || *owner != SetOwner::Outside)
+    }
+
     /// Returns the names of the instances that have the nodes of a part, by its name.
     pub(crate) fn instances_by_part(&self) -> Result<BTreeMap<String, Vec<String>>, ReadError> {
         let mut instances: BTreeMap<String, Vec<String>> = BTreeMap::new();
@@ -137,6 +150,8 @@ impl<'a> OutlineReader<'a> {
     fn read_keyword(&mut self, keyword: &Keyword<'_>, below: &Lines<'a>) {
         self.end_placement();
         self.is_in_nodes = keyword.is("NODE");
+        let owner = self.set_owner();
+        self.outline.rigid.read_keyword(keyword, owner, below);
         let Some(kind) = section_of(keyword) else { return };
 
         self.end_section(keyword.line.start);
@@ -185,6 +200,17 @@ impl<'a> OutlineReader<'a> {
         match self.section() {
             Some(section) => section.lines = lines,
             None => self.outline.outside.push(lines),
+        }
+    }
+
+    /// Returns the owner of the sets that are read.
+    fn set_owner(&mut self) -> SetOwner {
+        let kind = self.kind;
+        let name = self.section().and_then(|section| section.name.as_deref()).unwrap_or_default();
+        match kind {
+            SectionKind::Part => SetOwner::part(name),
+            SectionKind::Instance => SetOwner::instance(name),
+            SectionKind::Outside => SetOwner::Outside,
         }
     }
 

@@ -50,6 +50,7 @@ mod inp_keyword;
 mod inp_model;
 mod inp_outline;
 mod inp_placement;
+mod inp_rigid;
 #[cfg(test)]
 mod inp_tests;
 mod mesh;

@@ -48,7 +48,7 @@ pub struct Mesh {
     /// Volume mesh whose boundary this is, of a file with tetrahedra, wedges or hexahedra.
     pub volume: Option<Volume>,
     /// True if it is rigid in the file: all parts of an FEBio model by their materials, all elements of an Abaqus file by
-    /// their types.
+    /// their types or sets.
     pub is_rigid: bool,
 }
 

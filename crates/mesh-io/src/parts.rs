@@ -159,6 +159,10 @@ impl Part {
         self.is_rigid == Some(true)
     }
 
+    pub(crate) fn set_rigid(&mut self, is_rigid: bool) {
+        self.is_rigid = Some(is_rigid);
+    }
+
     fn is_mesh(&self) -> bool {
         !self.cells.is_empty() || !self.polygons.is_empty() || self.unsupported.is_some()
     }

@@ -284,6 +284,31 @@ fn shells(mesh: &Mesh, kind: &str) -> String {
     text + "*Rigid Body, ref node=7\n"
 }
 
+/// A bone of deformable elements is rigid by a set of the assembly, and a muscle beside it is not.
+#[test]
+fn bones_of_abaqus_are_rigid_by_their_constraints() {
+    let solid = |body: &Block| inp(body, "C3D8R");
+    let part = |name: &str, body: &Block| format!("*Part, name={name}\n{}*End Part\n", solid(body));
+    let model = format!(
+        "{}{}*Assembly, name=knee\n*Instance, name=femur-1, part=femur\n*End Instance\n\
+         *Instance, name=muscle-1, part=muscle\n*End Instance\n\
+         *Elset, elset=_bone, internal, instance=femur-1, generate\n1, 100000, 1\n\
+         *Rigid Body, ref node=_rp, elset=_bone\n*End Assembly\n",
+        part("femur", &bone()),
+        part("muscle", &muscle()),
+    );
+    let workshop = Workshop::new();
+    workshop.write("knee.inp", &model);
+    let run =
+        workshop.run("resolve", &["knee.inp", "--gap", "0.05", "--out", "apart", "--no-report"]);
+    assert_eq!(run.status, 0, "{}{}", run.stdout, run.stderr);
+    let apart = workshop.read("apart/knee.inp");
+    let (bone, muscle) = (model.find("*Part, name=muscle"), model.find("*Assembly"));
+    let (bone, muscle) = (bone.expect("a part"), muscle.expect("an assembly"));
+    assert_eq!(model[..bone], apart[..bone], "the bone moved");
+    assert_ne!(model[bone..muscle], apart[bone..muscle], "the muscle stayed");
+}
+
 /// Bones are often rigid surfaces, whose reference point may be in another body.
 #[test]
 fn surfaces_of_abaqus_keep_all_but_their_nodes() {
