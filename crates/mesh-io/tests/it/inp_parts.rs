@@ -285,7 +285,8 @@ fn parts_are_rigid_by_the_sets_of_rigid_bodies() {
         let all = part_names(model.as_bytes(), "inp").expect(model);
         let mut rigid = Vec::new();
         for name in all {
-            let meshes = parse_parts(model.as_bytes(), "inp", &[&[name.clone()]]).expect(model);
+            let meshes =
+                parse_parts(model.as_bytes(), "inp", &[std::slice::from_ref(&name)]).expect(model);
             rigid.extend(meshes[0].is_rigid.then_some(name));
         }
         rigid
