@@ -7,6 +7,7 @@
 use glam::DVec3;
 use surface::{Contact, ContactSide, Term};
 
+use crate::detection::clearance;
 use crate::run::Run;
 use crate::tissue::{CellCorner, Tissue};
 
@@ -35,6 +36,8 @@ struct CornerShape {
     height: f64,
     /// Height at which the determinant is the product of the lengths.
     full_height: f64,
+    /// Barycentric coordinates of the foot of the height: one is negative where it is beside the face.
+    weights: [f64; 3],
 }
 
 impl CornerShape {
@@ -44,7 +47,29 @@ impl CornerShape {
         let normal = -doubled.try_normalize()?;
         let height = (p - a).dot(normal);
         let full_height = p.distance(a) * p.distance(b) * p.distance(c) / doubled.length();
-        Some(Self { jacobian: height / full_height, normal, height, full_height })
+        let foot = p - height * normal;
+        let weight =
+            |b: DVec3, c: DVec3| (b - foot).cross(c - foot).dot(-normal) / doubled.length();
+        let weights = [weight(b, c), weight(c, a), weight(a, b)];
+        Some(Self { jacobian: height / full_height, normal, height, full_height, weights })
+    }
+
+    /// Makes the contact of the vertices that increase the height with those that decrease it, which misses a part
+    /// of the height. Corners that are far lower than the clearance are held by their own height alone.
+    fn contact(&self, particles: [u32; 4], missing: f64, clearance: f64) -> Contact {
+        let [a, b, c] = self.weights;
+        let weights = [1.0, -a, -b, -c];
+        let total: f64 = weights.iter().map(|weight| weight.max(0.0)).sum();
+        let side = |sign: f64| -> Vec<Term> {
+            let terms = particles.into_iter().zip(weights.map(|weight| sign * weight / total));
+            let terms = terms.filter(|(_, weight)| *weight > 0.0);
+            terms.map(|(particle, weight)| Term { particle, weight }).collect()
+        };
+        let (above, below) = (side(1.0), side(-1.0));
+        let (above, below) = (ContactSide::Particles(&above), ContactSide::Particles(&below));
+        let gap = clearance - missing / total;
+        let offset = self.height / total - gap;
+        Contact { offset, ..Contact::between(above, below, self.normal, gap) }
     }
 }
 
@@ -73,20 +98,16 @@ impl Tissue {
 impl Run<'_> {
     /// Makes the contacts of corners of cells that are nearly flat.
     pub(crate) fn corner_contacts(&self) -> Vec<Contact> {
-        let mut contacts = Vec::new();
+        let (mut contacts, clearance) = (Vec::new(), clearance(&self.params));
         for (tissue, body) in self.tissues.iter().zip(self.scene.bodies()) {
             let (x, first) = (body.positions(), body.particles().start);
             for corner in &tissue.cell_corners {
                 let shape = CornerShape::new(corner.vertices.map(|vertex| x[vertex as usize]));
                 let held = corner.at_share(HELD_SHARE);
                 let Some(shape) = shape.filter(|shape| shape.jacobian < held) else { continue };
-                let [p, ends @ ..] = corner.vertices.map(|vertex| first + vertex);
-                let p = [Term { particle: p, weight: 1.0 }];
-                let plane = ends.map(|particle| Term { particle, weight: 1.0 / 3.0 });
-                let (p, plane) = (ContactSide::Particles(&p), ContactSide::Particles(&plane));
-                let offset = corner.at_share(KEPT_SHARE) * shape.full_height;
-                let gap = shape.height - offset;
-                contacts.push(Contact { offset, ..Contact::between(p, plane, shape.normal, gap) });
+                let particles = corner.vertices.map(|vertex| first + vertex);
+                let missing = corner.at_share(KEPT_SHARE) * shape.full_height - shape.height;
+                contacts.push(shape.contact(particles, missing, clearance));
             }
         }
         contacts
@@ -120,5 +141,30 @@ mod tests {
         ]);
         assert!(opened.expect("a corner").jacobian > 0.0, "pushed the right way: {opened:?}");
         assert!(CornerShape::new([DVec3::Y, DVec3::ZERO, DVec3::X, 2.0 * DVec3::X]).is_none());
+    }
+
+    /// Above the middle of a face, beside it where edges cross, and beyond a vertex of it.
+    #[test]
+    fn contacts_open_corners_as_their_height_grows() {
+        for foot in [[0.3, 0.3], [0.7, 0.8], [1.6, -0.3]] {
+            let p = DVec3::new(foot[0], foot[1], 0.01);
+            let corner = [p, DVec3::ZERO, DVec3::Y, DVec3::X];
+            let shape = CornerShape::new(corner).expect("a corner");
+            assert!((shape.height - 0.01).abs() < 1e-12, "{shape:?}");
+            let contact = shape.contact([0, 1, 2, 3], 0.004, 0.5);
+            assert!(contact.identity_error(|k| corner[k as usize]) < 1e-12, "{contact:?}");
+
+            // What is missing beyond the clearance opens the height by as much, as each vertex does by its weight.
+            let (mut opened, mut total) = (corner, 0.0);
+            for term in contact.stencil.terms() {
+                let step = -1e-6 * term.weight * contact.normal;
+                opened[term.particle as usize] += step;
+                total += term.weight * term.weight;
+            }
+            let opened = CornerShape::new(opened).expect("a corner");
+            let share = (opened.height - shape.height) / (1e-6 * total);
+            let missing = (0.5 - contact.gap) * share;
+            assert!((missing - 0.004).abs() < 1e-6, "{foot:?}: {missing}");
+        }
     }
 }

@@ -153,7 +153,7 @@ impl Run<'_> {
     }
 
     /// Adds the row of each contact of all lists; returns the vertices of each body that rows are to move.
-    fn add_contacts(
+    pub(crate) fn add_contacts(
         &self,
         contacts: &[Vec<Contact>],
         problem: &mut ElasticProblem,

@@ -214,7 +214,7 @@ impl Run<'_> {
     ) -> Result<(ElasticProblem, GapRound), ResolveError> {
         let mut round = GapRound { min_distance: f64::INFINITY, ..GapRound::default() };
         let mut problem = ElasticProblem::default();
-        let mut seeds: BTreeMap<BodyId, Vec<u32>> = BTreeMap::new();
+        let mut seeds = self.add_contacts(&[self.corner_contacts()], &mut problem);
         for PairFeatures { id, features } in near {
             let target = if self.is_tied(*id) { self.tied_target(*id) } else { target };
             let mut is_short_pair = false;

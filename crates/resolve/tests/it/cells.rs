@@ -1,5 +1,7 @@
 //! Surfaces of volume meshes, whose cells have corners without a node inside.
 
+use std::collections::BTreeMap;
+
 use fixtures::volume::Block;
 use fixtures::{Mesh, shapes};
 use glam::DVec3;
@@ -68,6 +70,55 @@ fn corners_of_cells_stay_open_where_a_bone_presses_them() {
         assert!(resolution.resolved, "{place:?}: {:?}", resolution.remaining);
         assert_eq!((followed.share, followed.blocking), (1.0, None), "{place:?}");
         assert_eq!(followed.after.inverted, 0, "{place:?}: {:?}", followed.after);
+    }
+}
+
+/// Makes the cells of two faces of a convex surface each, apart from each other: by the vertex across their edge, the
+/// ends of the edge, and the other vertex across.
+fn cells_under_pairs_of_faces(mesh: &Mesh) -> Vec<[u32; 4]> {
+    let mut used = vec![false; mesh.positions.len()];
+    let mut across = BTreeMap::new();
+    let mut cells = Vec::new();
+    for &[a, b, c] in &mesh.faces {
+        for [a, b, p] in [[a, b, c], [b, c, a], [c, a, b]] {
+            across.insert([a, b], p);
+            let Some(&q) = across.get(&[b, a]) else { continue };
+            let cell = [p, a, b, q];
+            if cell.iter().all(|&vertex| !used[vertex as usize]) {
+                cell.iter().for_each(|&vertex| used[vertex as usize] = true);
+                cells.push(cell);
+            }
+        }
+    }
+    cells
+}
+
+/// Cells under two faces that meet at a small angle are far lower than the gap. Rounds that push the body off a bone
+/// keep them open, and so do those that open the gap.
+#[test]
+fn cells_far_lower_than_the_gap_stay_open() {
+    let muscle = shapes::icosphere(12.0, 4);
+    let cells = cells_under_pairs_of_faces(&muscle);
+    assert!(cells.len() > 400, "{}", cells.len());
+    let corners: Vec<[u32; 4]> = cells
+        .into_iter()
+        .flat_map(|[p, a, b, q]| [[p, a, q, b], [a, p, b, q], [b, p, q, a], [q, a, p, b]])
+        .collect();
+    for depth in [0.5, 1.0, 2.0, 3.0] {
+        let bone = shapes::icosphere(6.0, 3).translated(DVec3::new(18.0 - depth, 0.3, 0.2));
+        let bodies =
+            [("bone", BodyKind::Rigid, bone), ("muscle", BodyKind::Deformable, muscle.clone())];
+        let mut scene = scene_of(bodies);
+        let body = scene.find("muscle").expect("a body");
+        let corners = CellCorners { body, corners: corners.clone(), min_jacobian_share: 0.1 };
+        let conditions = Conditions { cell_corners: vec![corners], ..Conditions::default() };
+        let params = ResolveParams { gap: 0.05, ..ResolveParams::with_smoothing(6.0) };
+        let resolver = Resolver::new(params).expect("valid parameters");
+        let mut resolver = resolver.with_conditions(conditions);
+        let resolution = resolver.resolve(&mut scene, Progress::none()).expect("a resolution");
+        let rounds = resolution.rounds.len();
+        assert!(resolution.resolved, "{depth}: {:?}", resolution.broken_limits);
+        assert!(rounds <= 6, "{depth}: {rounds} rounds");
     }
 }
 
