@@ -7,7 +7,7 @@
 
 use glam::DVec3;
 use kdop::{Axis, Dop18, Workspace};
-use surface::{TriangleSurface, ray_crosses_triangle, triangles_meet};
+use surface::{TriangleSurface, ray_crosses_triangle, triangles_meet, winding_number};
 
 use crate::SurfaceTree;
 
@@ -23,6 +23,20 @@ impl SurfaceTree {
             is_odd ^= ray_crosses_triangle(point, self.corners(face)).is_some();
         });
         is_odd && !self.is_on_surface(point, workspace)
+    }
+
+    /// Returns true if the surface surrounds another one that it does not meet, though it has holes: by the winding
+    /// numbers of vertices, which are 1 but for the part of all directions that a hole takes.
+    pub(crate) fn surrounds(&self, other: &Self) -> bool {
+        /// Number of vertices that are tested, all over the other surface. With more, some that reach out of a hole by
+        /// little are left out.
+        const MAX_TESTED: usize = 16;
+
+        let faces = other.surface().faces();
+        let step = faces.len().div_ceil(MAX_TESTED).max(1);
+        let mut tested = faces.iter().step_by(step).map(|&[vertex, ..]| other.position(vertex));
+        let is_surrounded = |x| winding_number(self.surface(), self.positions(), x).abs() > 0.5;
+        !faces.is_empty() && tested.all(is_surrounded)
     }
 
     fn is_on_surface(&self, point: DVec3, workspace: &mut Workspace) -> bool {

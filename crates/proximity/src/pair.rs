@@ -258,8 +258,15 @@ impl PairSide {
     ) -> Result<(), Interrupted> {
         self.no_inside = q.has_inside().err();
         self.inside.clear();
-        if self.no_inside.is_none() {
-            inside.find(p, cut_faces, q, workspace, &mut self.inside);
+        match self.no_inside {
+            None => inside.find(p, cut_faces, q, workspace, &mut self.inside),
+            Some(NoInside::OddEdges { .. }) if cut_faces.is_empty() && q.surrounds(p) => {
+                let vertices = p.surface().faces().iter().flatten();
+                self.inside.extend(vertices);
+                self.inside.sort_unstable();
+                self.inside.dedup();
+            }
+            Some(_) => {}
         }
         self.candidates.find(p, &self.near_faces, q, margin, progress)?;
         self.candidates.project(p, &self.inside, q, workspace, &mut self.near, progress)
@@ -272,7 +279,8 @@ impl PairSide {
         &self.near_faces
     }
 
-    /// Returns the vertices inside the other surface, ascending; none where that has no inside.
+    /// Returns the vertices inside the other surface, ascending. Where that has no inside, since edges are open or have
+    /// a third face, all vertices of a surface that it surrounds without meeting it; none otherwise.
     #[must_use]
     pub fn inside_vertices(&self) -> &[u32] {
         &self.inside

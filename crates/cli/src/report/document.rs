@@ -181,6 +181,7 @@ impl CheckDocument {
         let verb = if self.overlapping() == 1 { "overlaps" } else { "overlap" };
         let overlapping = format!("{} {verb}", counted(self.overlapping(), "pair"));
         let (title, depth) = (deepest.title(), measure(deepest.depth()));
-        format!("{overlapping}, the deepest {title} by {depth} {unit}; {near}.")
+        let at_least = if deepest.may_be_deeper { "at least " } else { "" };
+        format!("{overlapping}, the deepest {title} by {at_least}{depth} {unit}; {near}.")
     }
 }

@@ -50,6 +50,9 @@ pub(crate) struct PairRecord {
     pub(crate) nearest_vertex: Option<VertexRecord>,
     /// Properties that are undefined, with the reasons.
     pub(crate) refusals: Vec<String>,
+    /// True if depths in one of both bodies are undefined: the overlap may be deeper than the other one shows.
+    #[serde(skip)]
+    pub(crate) may_be_deeper: bool,
     /// Depth that the rounding of coordinates alone makes.
     #[serde(skip)]
     rounding: f64,
@@ -100,7 +103,8 @@ impl PairRecord {
             vertices_of_b_inside_a: report.b_against_a.inside_count.ok(),
             crossing_face_pairs: report.crossing_faces.len(),
             nearest_vertex: nearest_vertex(report, scene),
-            refusals: refusals(report, names),
+            refusals: refusals(report, scene),
+            may_be_deeper: report.overlaps && has_undefined_depth(report),
             rounding: if report.overlaps { rounding(report.pair, scene) } else { 0.0 },
         }
     }
@@ -113,7 +117,10 @@ impl PairRecord {
     /// Returns the depth of the overlap as far as it is certain, of vertices where surfaces have
     /// none: 0 where nothing is inside, and where rounding alone makes it.
     pub(crate) fn depth(&self) -> f64 {
-        let depth = self.deeper().map_or(self.max_vertex_depth, |depth| depth.lower);
+        let mut depth = self.deeper().map_or(self.max_vertex_depth, |depth| depth.lower);
+        if self.may_be_deeper {
+            depth = depth.max(self.max_vertex_depth);
+        }
         self.above_rounding(depth)
     }
 
@@ -121,8 +128,13 @@ impl PairRecord {
         if depth > self.rounding { depth } else { 0.0 }
     }
 
-    /// Writes the depth: a number where it is known as closely as asked, else a range.
+    /// Writes the depth: a number where it is known as closely as asked, else a range, or what it is at least where
+    /// it is undefined in one body.
     pub(crate) fn depth_text(&self) -> Option<String> {
+        if self.may_be_deeper {
+            let depth = self.depth();
+            return (depth > 0.0).then(|| format!("≥ {}", measure(depth)));
+        }
         let Depth { lower, upper, is_narrow, .. } = self.deeper()?;
         let [lower, upper] = [lower, upper].map(|depth| measure(self.above_rounding(depth)));
         Some(if is_narrow { lower } else { format!("{lower} to {upper}") })
@@ -171,15 +183,29 @@ pub(super) fn rounding(pair: PairId, scene: &Scene) -> f64 {
     CLOSEST_POINT * a.max(b)
 }
 
+/// Returns true if depths are undefined in a body that has vertices of the other one inside, or in both.
+fn has_undefined_depth(report: &PairReport) -> bool {
+    let Some(overlap) = &report.overlap else { return true };
+    let measures = &overlap.measures;
+    let sides = [&report.b_against_a, &report.a_against_b];
+    let is_sheet = |side: usize| sides[side].inside_count.is_err();
+    let is_undefined = |side: usize| {
+        measures.covers_twice[side] || (measures.no_inside[side].is_some() && !is_sheet(side))
+    };
+    is_undefined(0) || is_undefined(1) || (is_sheet(0) && is_sheet(1))
+}
+
 /// Names what is undefined for a pair, with the reasons.
-fn refusals(report: &PairReport, names: [&str; 2]) -> Vec<String> {
+fn refusals(report: &PairReport, scene: &Scene) -> Vec<String> {
     let mut refusals = Vec::new();
     let overlap = report.overlap.as_ref().map(|overlap| &overlap.measures);
     let vertices = [&report.b_against_a, &report.a_against_b];
-    for (side, name) in names.into_iter().enumerate() {
+    for (side, id) in report.pair.bodies().into_iter().enumerate() {
         // A body that has an inside by parity may lack winding numbers, which volumes need.
+        let (name, tree) = (scene.body(id).name(), scene.body(id).tree());
         let by_parity = vertices[side].inside_count.err();
-        let by_winding = overlap.and_then(|overlap| overlap.no_inside[side]);
+        let by_winding = tree.and_then(|tree| tree.has_winding_number().err());
+        let by_winding = by_winding.filter(|_| report.overlaps);
         if let Some(reason) = by_parity {
             refusals.push(format!("the inside of '{name}' is undefined: {reason}"));
         } else if let Some(reason) = by_winding {

@@ -377,7 +377,8 @@ fn bone_across_shared_nodes_is_taken_off_both_parts() {
     }
 }
 
-/// A post is deeper than two of the elements are: those of one part would be inverted, and hold back all that share nodes.
+/// A post is wider than three elements and deeper than two: those of one part would be inverted, and hold back all that
+/// share nodes.
 #[test]
 fn parts_that_share_nodes_are_cut_at_one_share() {
     let mut model = Model::default();
@@ -385,8 +386,8 @@ fn parts_that_share_nodes_are_cut_at_one_share() {
         let block = Block::new(DVec3::new(4.0, 6.0, 2.0), [4, 6, 2]);
         model.add(name, &block.translated(DVec3::new(x, -3.0, z)));
     }
-    let post = Block::new(DVec3::new(0.94, 0.86, 4.4), [1, 1, 1]);
-    model.add("post", &post.translated(DVec3::new(-0.45, -0.23, -2.3)));
+    let post = Block::new(DVec3::new(3.2, 3.2, 4.4), [1, 1, 1]);
+    model.add("post", &post.translated(DVec3::new(-1.58, -1.4, -2.3)));
     let apart = Block::new(DVec3::splat(2.0), [2; 3]).translated(DVec3::new(0.0, 9.0, 2.9));
     model.add("apart", &apart);
     model

@@ -1,8 +1,8 @@
 //! Measured overlaps of planted scenes: table, JSON and VTP.
 
 use crate::support::{Workshop, obj};
-use fixtures::Mesh;
-use fixtures::shapes::cube;
+use fixtures::shapes::{cube, icosphere};
+use fixtures::{Mesh, damage};
 use glam::DVec3;
 use serde_json::Value;
 
@@ -109,6 +109,17 @@ fn two_bodies_doubled_within_one_are_named() {
     let run = workshop.check(&["a.obj", "b.obj"]);
     assert_eq!(run.status, 1, "{}", run.stdout);
     assert!(run.stdout.contains("'a' covers a place more than once"), "{}", run.stdout);
+}
+
+/// A surface with a hole has no inside by parity; what it surrounds overlaps it all the same.
+#[test]
+fn what_lies_in_a_body_with_a_hole_overlaps_it() {
+    let hollow = damage::hole(icosphere(10.0, 3), 10.0 * DVec3::X, 2.0);
+    let (table, pair) = check(&hollow, &icosphere(2.0, 2));
+    assert!(table.contains("≥ ") && table.contains(" by at least "), "{table}");
+    assert_eq!(pair["overlaps"], true, "{pair}");
+    assert_eq!(pair["vertices_of_b_inside_a"], Value::Null, "{pair}");
+    assert!(pair["max_vertex_depth"].as_f64().expect("a depth") > 7.9, "{pair}");
 }
 
 #[test]

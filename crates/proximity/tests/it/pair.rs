@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use fixtures::{Mesh, shapes};
+use fixtures::{Mesh, damage, shapes};
 use glam::DVec3;
 use proximity::{PairProximity, PairSide, SurfaceTree};
 use surface::progress::{Interrupted, Progress};
@@ -168,4 +168,40 @@ fn normals_are_those_of_the_face_where_a_vertex_is_on_it_but_for_rounding() {
         assert!((near.gap - height).abs() < 1e-8, "{near:?}");
         assert!(near.normal.distance(up) < tolerance, "{height}: {near:?} for {up}");
     }
+}
+
+/// What lies within a surface with a hole or a face too many is inside, though rays and parity decide nothing there; what lies in
+/// a cup, reaches out of a sleeve, or is in a surface that is declared open is not.
+#[test]
+fn what_a_surface_with_holes_surrounds_is_inside() {
+    let ball = || shapes::icosphere(10.0, 3);
+    let dented = |radius: f64| damage::hole(ball(), 10.0 * DVec3::X, radius);
+    let mut doubled = ball();
+    doubled.faces.push(doubled.faces[0]);
+    let small = |x: f64| tree(shapes::icosphere(2.0, 2).translated(DVec3::new(x, 0.1, 0.2)));
+    let inside = |a: &SurfaceTree, b: &SurfaceTree| {
+        let mut found = PairProximity::default();
+        found.compute(a, b, 1.0);
+        let [of_a, of_b] = found.sides();
+        assert!(of_a.inside_vertices().is_empty(), "the hollow one is in the other");
+        assert_eq!(found.overlaps(), !of_b.inside_vertices().is_empty(), "by vertices");
+        assert!(of_b.inside_count().is_err(), "no inside");
+        (of_b.inside_vertices().len(), found.max_vertex_depth())
+    };
+
+    let whole = small(0.0).surface().vertex_count();
+    for surface in [dented(2.0), dented(8.0), doubled.clone(), doubled.flipped()] {
+        let (count, depth) = inside(&tree(surface), &small(3.0));
+        assert_eq!(count, whole, "all of it");
+        assert!(depth > 8.0 && depth < 10.0, "{depth}");
+    }
+    let cup = tree(damage::hole(ball(), 10.0 * DVec3::X, 15.0));
+    for x in [3.0, 6.0, 14.0] {
+        assert_eq!(inside(&cup, &small(x)).0, 0, "{x}");
+    }
+    let sleeve = damage::hole(dented(5.0), -10.0 * DVec3::X, 5.0);
+    let along = shapes::capsule(1.0, 30.0, 12);
+    let along = along.mapped(|p| DVec3::new(p.z, p.x, p.y));
+    assert_eq!(inside(&tree(sleeve), &tree(along)).0, 0, "it reaches out");
+    assert_eq!(inside(&tree(dented(2.0)).declared_open(), &small(0.0)).0, 0, "declared open");
 }
