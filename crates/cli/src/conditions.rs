@@ -73,6 +73,7 @@ impl LoadedScene {
             conditions.fixed.push(FixedVertices { body, vertices });
         }
         self.tie_shared_nodes(&mut conditions);
+        self.hold_other_parts(&mut conditions)?;
         self.keep_cell_corners(&mut conditions);
         Ok(conditions)
     }

@@ -1,7 +1,8 @@
-//! Nodes that bodies of one file have in common: parts of a model that are attached to each other.
+//! Nodes that parts of one file have in common: they are attached to each other.
 
 use musculo_collide::{BodyId, Conditions, FixedVertices, Tie};
 
+use crate::failure::Failure;
 use crate::load::LoadedScene;
 use crate::report::counted;
 use crate::terminal;
@@ -20,6 +21,47 @@ impl LoadedScene {
                     }
                 }
             }
+        }
+    }
+
+    /// Holds the vertices that soft bodies share with solids and rigid parts of their file that are no bodies of the
+    /// scene: these stay as they are.
+    pub(crate) fn hold_other_parts(&self, conditions: &mut Conditions) -> Result<(), Failure> {
+        let ids: Vec<BodyId> = self.scene.ids().collect();
+        for file in self.description.bodies_by_file() {
+            let bodies = file.iter().map(|&number| &self.description.bodies[number]);
+            if bodies.clone().any(|body| body.parts.is_empty()) {
+                continue;
+            }
+            let path = &self.description.bodies[file[0]].path;
+            let content = mesh_io::read_file(path)?;
+            let parts = mesh_io::nodes_by_part(&content, &mesh_io::extension(path));
+            let parts = parts.map_err(|error| Failure::in_file(path, error))?;
+            let is_body = |part: &str| bodies.clone().any(|body| body.has_part(part));
+            for (part, nodes) in parts.iter().filter(|(part, _)| !is_body(part)) {
+                if nodes.are_of_solids {
+                    for &body in &file {
+                        self.hold_nodes(ids[body], part, &nodes.nodes, conditions);
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Holds the vertices of a soft body that are nodes of a part that is no body of the scene.
+    fn hold_nodes(&self, body: BodyId, part: &str, nodes: &[u32], conditions: &mut Conditions) {
+        let own = self.nodes[body.index()].iter().flatten();
+        let shared = (0..).zip(own).filter(|(_, node)| nodes.binary_search(node).is_ok());
+        let vertices: Vec<u32> = shared.map(|(vertex, _)| vertex).collect();
+        let body_name = self.scene.body(body).name();
+        if !vertices.is_empty() && !self.scene.body(body).is_rigid() {
+            let (count, part) = (counted(vertices.len(), "node"), mesh_io::escaped(part));
+            let note = format!(
+                "'{body_name}' shares {count} with '{part}', which is no body of the scene: they stay"
+            );
+            terminal::print_line("note", &note);
+            conditions.fixed.push(FixedVertices { body, vertices });
         }
     }
 

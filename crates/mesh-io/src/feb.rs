@@ -256,8 +256,8 @@ impl<'a> Model<'a> {
 
     /// Keeps the refusal of a part whose elements cannot be read, for where it is wanted.
     fn refuse(&mut self, part: usize, kind: &str) {
-        let feature = format!("elements of type {}", quoted(kind));
-        self.content.part(part).unsupported.get_or_insert(feature);
+        let is_surface = ["quad", "tri"].iter().any(|shape| kind.starts_with(shape));
+        self.content.part(part).refuse(kind, !is_surface);
     }
 
     /// Ends a tag, whose text has been read.

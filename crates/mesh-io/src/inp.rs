@@ -14,7 +14,7 @@ use std::collections::HashMap;
 
 use crate::inp_keyword::{INP, InpLine, Keyword, real};
 use crate::inp_rigid::{ElementList, RigidElements};
-use crate::parts::Part;
+use crate::parts::{Part, unsupported_elements};
 use crate::solid::Solid;
 use crate::text::{Line, number, placed_fields, quoted};
 use crate::text_nodes::TextNodes;
@@ -116,11 +116,7 @@ pub(crate) fn parse_content<'a>(
 
 /// Returns the refusal of elements that cannot be read.
 pub(crate) fn unsupported_type(kind: &str) -> ReadError {
-    INP.unsupported(unsupported_feature(kind))
-}
-
-fn unsupported_feature(kind: &str) -> String {
-    format!("elements of type {}", quoted(kind))
+    INP.unsupported(unsupported_elements(kind))
 }
 
 /// Meaning of the data lines below a keyword.
@@ -192,11 +188,11 @@ impl InpReader {
     fn begin_elements(&mut self, line: usize, set: Option<&str>) -> Result<Block, ReadError> {
         let kind = &self.kind;
         let Some(block) = element_block(kind, self.elements) else {
-            let feature = unsupported_feature(kind);
             if self.sorting == Sorting::Wanted {
-                return Err(INP.unsupported_on_line(line, feature));
+                return Err(INP.unsupported_on_line(line, unsupported_elements(kind)));
             }
-            self.content.parts[self.part].unsupported.get_or_insert(feature);
+            let is_solid = element_block(kind, MeshElements::Cells).is_none();
+            self.content.parts[self.part].refuse(kind, is_solid);
             return Ok(Block::OtherElements);
         };
 

@@ -19,7 +19,7 @@ use crate::inp_outline::{Outline, Section};
 use crate::inp_placement::Placement;
 use crate::inp_rigid::{ElementList, RigidElements};
 use crate::mesh::Mesh;
-use crate::parts::{FileParts, Part};
+use crate::parts::{FileParts, Part, PartNodes};
 use crate::text::{Lines, quoted};
 use crate::volume::MeshElements;
 
@@ -168,7 +168,7 @@ impl InpModel {
             return Self::of_outline(&outline);
         }
         let lines = InpLines::new(Lines::new(bytes));
-        let content = parse_content(lines, MeshElements::Cells, Sorting::Wanted)?;
+        let content = parse_content(lines, MeshElements::Cells, Sorting::Part)?;
         Self::of_one_body(InpContent { parts: Vec::new(), ..content }, &outline)
     }
 
@@ -270,7 +270,7 @@ impl InpModel {
     }
 
     /// Returns the nodes of each part by its name, whatever its elements are.
-    pub(crate) fn nodes_by_part(&self) -> BTreeMap<String, Vec<u32>> {
+    pub(crate) fn nodes_by_part(&self) -> BTreeMap<String, PartNodes> {
         self.parts.nodes_by_part()
     }
 

@@ -92,6 +92,7 @@ pub use self::mesh_format::{
     MeshFormat, instances_by_part, nodes_by_part, parse_mesh, parse_parts, part_names,
 };
 pub use self::osim::{ModelBody, ModelMesh, OpenSimModel};
+pub use self::parts::PartNodes;
 pub use self::replace::{coordinate_precision, move_nodes, placement_roundings, replace_positions};
 pub use self::skipped::SkippedElements;
 pub use self::source::{MAX_FILE_BYTES, MAX_STREAM_BYTES, read_file, read_text, separator_advice};
@@ -158,6 +159,7 @@ fn content(path: &Path) -> Result<Vec<u8>, ReadError> {
 }
 
 /// Returns the extension of a path, empty where there is none.
-fn extension(path: &Path) -> String {
+#[must_use]
+pub fn extension(path: &Path) -> String {
     path.extension().unwrap_or_default().to_string_lossy().into_owned()
 }

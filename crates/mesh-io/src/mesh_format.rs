@@ -6,6 +6,7 @@ use std::path::Path;
 use glam::DVec3;
 
 use crate::inp_model::{self, InpModel};
+use crate::parts::PartNodes;
 use crate::text::{split_mark, starts_in_utf_16};
 use crate::vtk::{is_legacy, parse_legacy, parse_vtp, parse_vtu, write_vtp};
 use crate::{Mesh, ReadError, Space, extension, feb, msh, obj, off, ply, stl};
@@ -185,8 +186,7 @@ pub fn parse_parts(
     }
 }
 
-/// Returns the nodes of each part by its name, whatever its elements are, by their indices among all nodes of the
-/// file; none in a format without parts.
+/// Returns the nodes of each part by its name, whatever its elements are; none in a format without parts.
 ///
 /// # Errors
 ///
@@ -194,7 +194,7 @@ pub fn parse_parts(
 pub fn nodes_by_part(
     bytes: &[u8],
     extension: &str,
-) -> Result<BTreeMap<String, Vec<u32>>, ReadError> {
+) -> Result<BTreeMap<String, PartNodes>, ReadError> {
     let (_, content) = split_mark(bytes);
     match FileFormat::recognize(content, extension)? {
         FileFormat::Feb => Ok(feb::parse(content)?.nodes_by_part()),

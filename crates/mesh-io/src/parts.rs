@@ -22,6 +22,16 @@ pub(crate) struct FileParts {
     parts: Vec<Part>,
 }
 
+/// Nodes of a part of a file.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct PartNodes {
+    /// Indices among all nodes of the file, ascending.
+    pub nodes: Vec<u32>,
+    /// True if some are of solids, or rigid: they spoil elements where they move by themselves.
+    /// Those of surfaces, springs and such follow what they are on.
+    pub are_of_solids: bool,
+}
+
 /// Elements of a part.
 #[derive(Debug, Default)]
 pub(crate) struct Part {
@@ -34,8 +44,10 @@ pub(crate) struct Part {
     pub(crate) skipped: SkippedElements,
     /// Nodes of these, and of elements that cannot be read.
     pub(crate) other_nodes: Vec<u32>,
+    /// True if some of them are of solids.
+    has_other_solids: bool,
     /// Description of the first elements that cannot be read.
-    pub(crate) unsupported: Option<String>,
+    unsupported: Option<String>,
     /// Range of the file's nodes that the part has to itself, from whose first one on its elements count them;
     /// `None` where it shares all of them with others.
     own_nodes: Option<Range<usize>>,
@@ -85,8 +97,10 @@ impl FileParts {
     }
 
     /// Returns the nodes of each part by its name, ascending, whatever its elements are.
-    pub(crate) fn nodes_by_part(&self) -> BTreeMap<String, Vec<u32>> {
-        self.parts.iter().map(|part| (part.name.clone(), part.nodes())).collect()
+    pub(crate) fn nodes_by_part(&self) -> BTreeMap<String, PartNodes> {
+        let nodes =
+            |part: &Part| PartNodes { nodes: part.nodes(), are_of_solids: part.has_solids() };
+        self.parts.iter().map(|part| (part.name.clone(), nodes(part))).collect()
     }
 
     /// Returns the mesh of some parts together; without names, that of the only part.
@@ -131,13 +145,18 @@ impl Part {
         part.add(self, 0);
         part.other_nodes.clone_from(&self.other_nodes);
         part.unsupported.clone_from(&self.unsupported);
+        part.has_other_solids = self.has_other_solids;
         Self { own_nodes: Some(nodes), ..part }
     }
 
     /// Returns a part of another name with the same nodes, but without a mesh, where there are nodes.
     pub(crate) fn without_mesh(&self, name: &str) -> Option<Self> {
-        let other_nodes = self.nodes();
-        (!other_nodes.is_empty()).then(|| Self { other_nodes, ..Self::named(name) })
+        let (other_nodes, has_other_solids) = (self.nodes(), self.has_solids());
+        (!other_nodes.is_empty()).then(|| Self {
+            other_nodes,
+            has_other_solids,
+            ..Self::named(name)
+        })
     }
 
     pub(crate) fn set_name(&mut self, name: &str) {
@@ -161,6 +180,17 @@ impl Part {
 
     pub(crate) fn set_rigid(&mut self, is_rigid: bool) {
         self.is_rigid = Some(is_rigid);
+    }
+
+    /// Refuses elements of a type, of solids or not, where they are wanted.
+    pub(crate) fn refuse(&mut self, kind: &str, are_solids: bool) {
+        self.unsupported.get_or_insert_with(|| unsupported_elements(kind));
+        self.has_other_solids |= are_solids;
+    }
+
+    /// Returns true if it has solids, also of types that cannot be read, or is rigid.
+    fn has_solids(&self) -> bool {
+        !self.cells.is_empty() || self.is_rigid() || self.has_other_solids
     }
 
     fn is_mesh(&self) -> bool {
@@ -213,6 +243,11 @@ impl Part {
         skipped.append(&self.skipped);
         Ok(Mesh { skipped: skipped.if_any(), nodes: Some(used), is_rigid, ..mesh })
     }
+}
+
+/// Returns the name of elements that cannot be read, by their type.
+pub(crate) fn unsupported_elements(kind: &str) -> String {
+    format!("elements of type {}", quoted(kind))
 }
 
 /// Returns the index of a node, which 32 bits hold.

@@ -47,11 +47,6 @@ pub(super) fn is_rewritten(body: &BodyDescription) -> bool {
     body.placement.is_none() && body.path.is_file()
 }
 
-/// Returns the extension of a path, empty where there is none.
-pub(super) fn extension(path: &Path) -> String {
-    path.extension().unwrap_or_default().to_string_lossy().into_owned()
-}
-
 impl BodyFile {
     /// Completes the file of a body, and moves the body to what it holds. `start` has the positions before overlap
     /// removal.
@@ -126,7 +121,7 @@ fn rewritten(
     space: Option<Space>,
 ) -> Result<(Vec<u8>, Mesh), Failure> {
     let refused = |error: ReadError| Failure::in_file(path, error);
-    let extension = extension(path);
+    let extension = mesh_io::extension(path);
     let content = mesh_io::replace_positions(original, &extension, positions).map_err(refused)?;
 
     // Parsed as others will read it: positions are rounded to the number type of the file.

@@ -4,7 +4,7 @@ use glam::DVec3;
 use mesh_io::{MeshFormat, Precision};
 use musculo_collide::{BodyChange, BodyId, Progress};
 
-use super::body_file::{BodyFile, extension, is_rewritten};
+use super::body_file::{BodyFile, is_rewritten};
 use super::resolve_parts::complete_parts;
 use crate::failure::Failure;
 use crate::load::LoadedScene;
@@ -38,7 +38,7 @@ pub(super) fn file_roundings(loaded: &LoadedScene) -> Result<Vec<FileRounding>, 
     for numbers in soft_bodies_by_file(loaded) {
         let path = &described[numbers[0]].path;
         let refused = |error| Failure::in_file(path, error);
-        let (content, extension) = (mesh_io::read_file(path)?, extension(path));
+        let (content, extension) = (mesh_io::read_file(path)?, mesh_io::extension(path));
         let precision = mesh_io::coordinate_precision(&content, &extension).map_err(refused)?;
         let (mut parts, mut sizes) = (Vec::new(), Vec::new());
         for &number in &numbers {
@@ -63,7 +63,7 @@ pub(super) fn check_shared_parts(loaded: &LoadedScene) -> Result<(), Failure> {
             continue;
         }
         let content = mesh_io::read_file(path)?;
-        let parts = mesh_io::instances_by_part(&content, &extension(path))
+        let parts = mesh_io::instances_by_part(&content, &mesh_io::extension(path))
             .map_err(|error| Failure::in_file(path, error))?;
         for (part, instances) in parts.iter().filter(|(_, instances)| instances.len() > 1) {
             let can_move =

@@ -7,12 +7,12 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use glam::DVec3;
-use mesh_io::Volume;
+use mesh_io::{PartNodes, Volume};
 use musculo_collide::surface::{UnionFind, parallel};
 use musculo_collide::volume_mesh::{Followed, MiddleNode};
 use musculo_collide::{BodyId, Progress};
 
-use super::body_file::{BodyFile, NO_TRIANGLES, elements, extension, follow};
+use super::body_file::{BodyFile, NO_TRIANGLES, elements, follow};
 use crate::failure::Failure;
 use crate::load::LoadedScene;
 use crate::report::counted;
@@ -65,14 +65,17 @@ pub(super) fn complete_parts(
         }
     }
     let moves = nodes.moves();
-    let content = mesh_io::move_nodes(&original, &extension(&path), &moves).map_err(refused)?;
-    let of_parts = mesh_io::nodes_by_part(&original, &extension(&path)).map_err(refused)?;
+    let content =
+        mesh_io::move_nodes(&original, &mesh_io::extension(&path), &moves).map_err(refused)?;
+    let of_parts =
+        mesh_io::nodes_by_part(&original, &mesh_io::extension(&path)).map_err(refused)?;
     warn_of_other_parts(loaded, bodies, &of_parts, &moves);
 
     // Parsed as others will read it.
     let described = |body: &BodyId| &*loaded.description.bodies[body.index()].parts;
     let names: Vec<&[String]> = bodies.iter().map(described).collect();
-    let meshes = mesh_io::parse_parts(&content, &extension(&path), &names).map_err(refused)?;
+    let meshes =
+        mesh_io::parse_parts(&content, &mesh_io::extension(&path), &names).map_err(refused)?;
     let mut files = Vec::new();
     for (part, mesh) in parts.into_iter().zip(meshes) {
         let number = part.body.index();
@@ -147,7 +150,7 @@ fn shorten_together(
 fn warn_of_other_parts(
     loaded: &LoadedScene,
     bodies: &[BodyId],
-    of_parts: &BTreeMap<String, Vec<u32>>,
+    of_parts: &BTreeMap<String, PartNodes>,
     moves: &BTreeMap<u32, DVec3>,
 ) {
     let described: Vec<&BodyDescription> =
@@ -156,7 +159,7 @@ fn warn_of_other_parts(
     let is_body =
         |part: &String| described.iter().any(|body| body.parts.is_empty() || body.has_part(part));
     for (part, nodes) in of_parts.iter().filter(|(part, _)| !is_body(part)) {
-        let moved = nodes.iter().filter(|node| moves.contains_key(node)).count();
+        let moved = nodes.nodes.iter().filter(|node| moves.contains_key(node)).count();
         if moved > 0 {
             let nodes = counted(moved, "node");
             let part = mesh_io::escaped(part);

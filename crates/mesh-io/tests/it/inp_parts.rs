@@ -87,8 +87,9 @@ fn instances_are_read_by_their_names_where_the_assembly_has_them() {
     assert_eq!(cells[1].nodes(), [4, 5, 6, 7]);
 
     let nodes = nodes_by_part(MODEL.as_bytes(), "inp").expect("a model");
-    assert_eq!(nodes["muscle"], [0, 1, 2, 3, 4]);
-    assert_eq!((&nodes["femur"][..], nodes["ball-1"].len()), (&[5, 6, 7, 8][..], 0));
+    assert_eq!(nodes["muscle"].nodes, [0, 1, 2, 3, 4]);
+    assert_eq!((&nodes["femur"].nodes[..], nodes["ball-1"].nodes.len()), (&[5, 6, 7, 8][..], 0));
+    assert!(nodes["femur"].are_of_solids && !nodes["ball-1"].are_of_solids, "a rigid surface");
     let shared = instances_by_part(MODEL.as_bytes(), "inp").expect("a model");
     assert_eq!(shared["Screw"], ["screw-1", "Screw 2"]);
 }
@@ -220,8 +221,16 @@ fn element_sets_of_a_flat_file_are_parts_where_they_are_named() {
         ("skin", &[0, 1, 3]),
         ("spring", &[3, 4]),
     ];
-    let expected = expected.map(|(part, nodes)| (part.to_owned(), nodes.to_vec()));
-    assert_eq!(nodes, BTreeMap::from(expected));
+    for (part, expected) in expected {
+        assert_eq!(nodes[part].nodes, expected, "{part}");
+        let is_solid = !["bone", "skin", "spring"].contains(&part);
+        assert_eq!(nodes[part].are_of_solids, is_solid, "{part}");
+    }
+    assert_eq!(nodes.len(), expected.len(), "{:?}", nodes.keys());
+
+    // Nodes move whatever elements there are.
+    let moved = move_nodes(FLAT.as_bytes(), "inp", &BTreeMap::from([(0, DVec3::ONE)]));
+    assert!(moved.is_ok_and(|moved| moved != FLAT.as_bytes()), "beside pyramids");
 
     // All of it is one body.
     assert!(part_names(FLAT.as_bytes(), "inp").expect("a model").is_empty(), "it is one body");
