@@ -15,7 +15,7 @@ use crate::failure::{Failure, FailureKind};
 use crate::output::FilePlan;
 use crate::phase::Phase;
 use crate::report::{
-    BodyRecord, CheckDocument, PairRecord, VolumeRecord, divisions, self_crossings,
+    BodyRecord, CheckDocument, PairRecord, VolumeRecord, counted, divisions, self_crossings,
 };
 use crate::scene::{BodyDescription, IgnoredPair, SceneDescription, unit_warnings};
 use crate::terminal;
@@ -232,6 +232,7 @@ fn read_meshes(description: &SceneDescription) -> Result<(Vec<Inspected>, Option
     problems.extend(mixed_spaces(&spaces));
     if problems.is_empty() {
         warn_of_unstated_spaces(&description.bodies, &spaces);
+        note_element_sets(&description.bodies);
         return Ok((meshes, spaces.first().map(|&(_, space)| space)));
     }
     Err(Failure { kind: FailureKind::Input, problems })
@@ -261,6 +262,26 @@ fn warn_of_unstated_spaces(bodies: &[BodyDescription], spaces: &[(&BodyDescripti
     };
     let problem = format!("{stating} states the space {space}, but {none}");
     terminal::print_line("warning", &format!("{problem}: they are taken to be in the same"));
+}
+
+/// Notes the element sets of a file that is the only body of the scene: they may be meant as bodies.
+fn note_element_sets(bodies: &[BodyDescription]) {
+    let [body] = bodies else { return };
+    // A pipe has been read.
+    let is_whole_file = body.parts.is_empty() && body.path.is_file();
+    let content = is_whole_file.then(|| mesh_io::read_file(&body.path).ok()).flatten();
+    let sets = content.map(|content| mesh_io::set_names(&content, &mesh_io::extension(&body.path)));
+    let sets = sets.and_then(Result::ok).unwrap_or_default();
+    if let [first, _, ..] = &*sets {
+        let (path, count) = (body.path.display(), counted(sets.len(), "element set"));
+        let note = format!(
+            "{path} is one body of {count}, the first '{}': a scene file takes them as bodies by their names \
+             (parts = [\"{}\"])",
+            mesh_io::escaped(first),
+            mesh_io::escaped(first)
+        );
+        terminal::print_line("note", &note);
+    }
 }
 
 /// Describes the first two files that state different spaces: bodies would be mirrored in each other.

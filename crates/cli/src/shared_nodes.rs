@@ -1,11 +1,29 @@
 //! Nodes that parts of one file have in common: they are attached to each other.
 
+use std::collections::BTreeMap;
+
+use mesh_io::PartNodes;
 use musculo_collide::{BodyId, Conditions, FixedVertices, Tie};
 
 use crate::failure::Failure;
 use crate::load::LoadedScene;
 use crate::report::counted;
+use crate::scene::BodyDescription;
 use crate::terminal;
+
+/// Returns the parts of a file with their nodes, none of which is of a body among those of the file: none, where a body
+/// is all of it.
+pub(crate) fn other_parts<'a>(
+    parts: &'a BTreeMap<String, PartNodes>,
+    bodies: impl Iterator<Item = &'a BodyDescription> + Clone,
+) -> Vec<(&'a String, &'a PartNodes)> {
+    let is_body =
+        |part: &str| bodies.clone().any(|body| body.parts.is_empty() || body.has_part(part));
+    if parts.iter().any(|(part, nodes)| nodes.is_whole && is_body(part)) {
+        return Vec::new();
+    }
+    parts.iter().filter(|(part, nodes)| !nodes.is_whole && !is_body(part)).collect()
+}
 
 impl LoadedScene {
     /// Ties bodies where they share nodes, unless the scene ties them; nodes of rigid bodies stay.
@@ -31,14 +49,14 @@ impl LoadedScene {
         for file in self.description.bodies_by_file() {
             let bodies = file.iter().map(|&number| &self.description.bodies[number]);
             if bodies.clone().any(|body| body.parts.is_empty()) {
+                // All of the file is in the scene.
                 continue;
             }
             let path = &self.description.bodies[file[0]].path;
             let content = mesh_io::read_file(path)?;
             let parts = mesh_io::nodes_by_part(&content, &mesh_io::extension(path));
             let parts = parts.map_err(|error| Failure::in_file(path, error))?;
-            let is_body = |part: &str| bodies.clone().any(|body| body.has_part(part));
-            for (part, nodes) in parts.iter().filter(|(part, _)| !is_body(part)) {
+            for (part, nodes) in other_parts(&parts, bodies) {
                 if nodes.are_of_solids {
                     for &body in &file {
                         self.hold_nodes(ids[body], part, &nodes.nodes, conditions);

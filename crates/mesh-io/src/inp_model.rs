@@ -1,7 +1,7 @@
 //! Bodies of an Abaqus input file: instances of its parts where the assembly has them, or the parts of a file without
-//! instances, or the element sets of a file without parts.
+//! instances, or the element sets of a file with one of them or none.
 //!
-//! A file with one part or instance at most is one body unless names are given. The nodes of a model are those
+//! A file with one part or instance at most is one body unless sets are named. The nodes of a model are those
 //! of its instances, one instance after the other: a part with several instances has its nodes once per instance,
 //! each with the place of the same coordinates in the file.
 //!
@@ -60,12 +60,17 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
 
 /// Reads the meshes of bodies, each by the names of its parts.
 pub(crate) fn parse_parts(bytes: &[u8], bodies: &[&[String]]) -> Result<Vec<Mesh>, ReadError> {
-    let model = InpModel::read(bytes)?;
+    let outline = Outline::read(bytes)?;
+    let model = InpModel::of_parts_or_sets(bytes, &outline)?;
+    let is_whole = |name: &String| {
+        model.parts.whole.as_ref().is_some_and(|whole| name.eq_ignore_ascii_case(whole))
+    };
     let mut meshes = Vec::new();
     for names in bodies {
-        let is_whole = names.is_empty();
-        meshes.push(if is_whole {
+        meshes.push(if names.is_empty() {
             parse(bytes)?
+        } else if names.iter().any(is_whole) {
+            InpModel::of_only_part(bytes, &outline)?.parts.mesh(&[])?
         } else {
             model.parts.mesh(&model.spelled(names))?
         });
@@ -81,6 +86,16 @@ pub(crate) fn part_names(bytes: &[u8]) -> Result<Vec<String>, ReadError> {
     } else {
         Vec::new()
     })
+}
+
+/// Returns the names of the element sets that are meshes, none of a file with several parts or instances.
+pub(crate) fn set_names(bytes: &[u8]) -> Result<Vec<String>, ReadError> {
+    let outline = Outline::read(bytes)?;
+    if outline.has_several() {
+        return Ok(Vec::new());
+    }
+    let parts = InpModel::of_parts_or_sets(bytes, &outline)?.parts;
+    Ok(parts.names().into_iter().filter(|name| Some(name) != parts.whole.as_ref()).collect())
 }
 
 /// Returns the names of the instances that have the nodes of a part, by its name.
@@ -142,23 +157,30 @@ fn whole(bytes: &[u8], outline: &Outline<'_>) -> Result<Mesh, ReadError> {
 }
 
 impl InpModel {
-    /// Reads a file with all of its parts: its element sets, where it has no parts.
+    /// Reads a file with all of its parts: its element sets, where it has one part at most.
     pub(crate) fn read(bytes: &[u8]) -> Result<Self, ReadError> {
-        let outline = Outline::read(bytes)?;
+        Self::of_parts_or_sets(bytes, &Outline::read(bytes)?)
+    }
+
+    fn of_parts_or_sets(bytes: &[u8], outline: &Outline<'_>) -> Result<Self, ReadError> {
         if outline.has_several() {
-            return Self::of_outline(&outline);
+            return Self::of_outline(outline);
         }
-        let sorting = if outline.only_name().is_some() { Sorting::Part } else { Sorting::Sets };
-        let mut content = read_parts(&Lines::new(bytes), sorting)?;
+        let mut content = read_parts(&Lines::new(bytes), Sorting::Sets)?;
         content.mark_rigid(&outline.rigid_elements_of_all()?);
-        match outline.only_name() {
-            Some(name) => content.parts[0].set_name(name),
-            None => {
-                let others = content.parts.remove(0).without_mesh(WITHOUT_SET);
-                content.parts.extend(others);
-            }
-        }
-        Self::of_one_body(content, &outline)
+        let others = content.parts.remove(0).without_mesh(WITHOUT_SET);
+        content.parts.extend(others);
+        let mut model = Self::of_one_body(content, outline)?;
+        model.parts.whole = outline.only_name().map(str::to_owned);
+        Ok(model)
+    }
+
+    /// Reads the only part of a file.
+    fn of_only_part(bytes: &[u8], outline: &Outline<'_>) -> Result<Self, ReadError> {
+        let mut content = read_parts(&Lines::new(bytes), Sorting::Part)?;
+        content.mark_rigid(&outline.rigid_elements_of_all()?);
+        content.parts[0].set_name(outline.only_name().unwrap_or_default());
+        Self::of_one_body(content, outline)
     }
 
     /// Reads the nodes of a file alone.

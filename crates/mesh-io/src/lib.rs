@@ -89,7 +89,7 @@ pub use self::error::{FileError, FilePlace, ReadError};
 pub use self::field::FieldFormat;
 pub use self::mesh::{Mesh, Unread};
 pub use self::mesh_format::{
-    MeshFormat, instances_by_part, nodes_by_part, parse_mesh, parse_parts, part_names,
+    MeshFormat, instances_by_part, nodes_by_part, parse_mesh, parse_parts, part_names, set_names,
 };
 pub use self::osim::{ModelBody, ModelMesh, OpenSimModel};
 pub use self::parts::PartNodes;

@@ -186,6 +186,20 @@ pub fn parse_parts(
     }
 }
 
+/// Returns the names of the element sets that are meshes, of an Abaqus file that is one body unless they are named as
+/// its parts; none of other files.
+///
+/// # Errors
+///
+/// The reason, where the content does not follow its format.
+pub fn set_names(bytes: &[u8], extension: &str) -> Result<Vec<String>, ReadError> {
+    let (_, content) = split_mark(bytes);
+    match FileFormat::recognize(content, extension)? {
+        FileFormat::Inp => inp_model::set_names(content),
+        _ => Ok(Vec::new()),
+    }
+}
+
 /// Returns the nodes of each part by its name, whatever its elements are; none in a format without parts.
 ///
 /// # Errors

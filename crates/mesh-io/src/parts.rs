@@ -20,6 +20,8 @@ pub(crate) struct FileParts {
     pub(crate) nodes: TextNodes,
     /// Parts in the order of the file.
     parts: Vec<Part>,
+    /// Name of the part that has the elements of all others, where there is one.
+    pub(crate) whole: Option<String>,
 }
 
 /// Nodes of a part of a file.
@@ -30,6 +32,8 @@ pub struct PartNodes {
     /// True if some are of solids, or rigid: they spoil elements where they move by themselves.
     /// Those of surfaces, springs and such follow what they are on.
     pub are_of_solids: bool,
+    /// True if the part has all elements of the file, those of its sets among them.
+    pub is_whole: bool,
 }
 
 /// Elements of a part.
@@ -55,7 +59,7 @@ pub(crate) struct Part {
 
 impl FileParts {
     pub(crate) fn new(format: &'static Format) -> Self {
-        Self { format, nodes: TextNodes::default(), parts: Vec::new() }
+        Self { format, nodes: TextNodes::default(), parts: Vec::new(), whole: None }
     }
 
     /// Returns the number of the part of a name.
@@ -88,7 +92,9 @@ impl FileParts {
 
     /// Returns the names of all parts that are meshes.
     pub(crate) fn names(&self) -> Vec<String> {
-        self.parts.iter().filter(|part| part.is_mesh()).map(|part| part.name.clone()).collect()
+        let is_named = |part: &&Part| part.is_mesh() && Some(&part.name) != self.whole.as_ref();
+        let meshes = self.parts.iter().filter(is_named);
+        self.whole.iter().chain(meshes.map(|part| &part.name)).cloned().collect()
     }
 
     /// Returns the names of all parts, whatever their elements are.
@@ -98,9 +104,24 @@ impl FileParts {
 
     /// Returns the nodes of each part by its name, ascending, whatever its elements are.
     pub(crate) fn nodes_by_part(&self) -> BTreeMap<String, PartNodes> {
-        let nodes =
-            |part: &Part| PartNodes { nodes: part.nodes(), are_of_solids: part.has_solids() };
-        self.parts.iter().map(|part| (part.name.clone(), nodes(part))).collect()
+        let nodes = |part: &Part| PartNodes {
+            nodes: part.nodes(),
+            are_of_solids: part.has_solids(),
+            is_whole: false,
+        };
+        let mut parts: BTreeMap<_, _> =
+            self.parts.iter().map(|part| (part.name.clone(), nodes(part))).collect();
+        if let Some(name) = &self.whole {
+            let mut all = PartNodes { is_whole: true, ..PartNodes::default() };
+            for part in parts.values() {
+                all.nodes.extend(&part.nodes);
+                all.are_of_solids |= part.are_of_solids;
+            }
+            all.nodes.sort_unstable();
+            all.nodes.dedup();
+            parts.insert(name.clone(), all);
+        }
+        parts
     }
 
     /// Returns the mesh of some parts together; without names, that of the only part.

@@ -16,7 +16,7 @@ use super::body_file::{BodyFile, NO_TRIANGLES, elements, follow};
 use crate::failure::Failure;
 use crate::load::LoadedScene;
 use crate::report::counted;
-use crate::scene::BodyDescription;
+use crate::shared_nodes::other_parts;
 use crate::terminal;
 
 /// Part of a file at the end, before it is written.
@@ -153,12 +153,9 @@ fn warn_of_other_parts(
     of_parts: &BTreeMap<String, PartNodes>,
     moves: &BTreeMap<u32, DVec3>,
 ) {
-    let described: Vec<&BodyDescription> =
-        bodies.iter().map(|body| &loaded.description.bodies[body.index()]).collect();
-    let Some(path) = described.first().map(|body| body.path.display()) else { return };
-    let is_body =
-        |part: &String| described.iter().any(|body| body.parts.is_empty() || body.has_part(part));
-    for (part, nodes) in of_parts.iter().filter(|(part, _)| !is_body(part)) {
+    let described = bodies.iter().map(|body| &loaded.description.bodies[body.index()]);
+    let Some(path) = described.clone().next().map(|body| body.path.display()) else { return };
+    for (part, nodes) in other_parts(of_parts, described) {
         let moved = nodes.nodes.iter().filter(|node| moves.contains_key(node)).count();
         if moved > 0 {
             let nodes = counted(moved, "node");

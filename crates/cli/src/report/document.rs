@@ -175,6 +175,9 @@ impl CheckDocument {
         let unit = self.unit.symbol();
         let near = counted(self.pairs.len() - self.overlapping(), "pair");
         let near = format!("{near} near (within {} {unit})", short(self.margin));
+        if self.bodies.len() == 1 {
+            return "The scene has one body: there are no pairs.".to_owned();
+        }
         let Some(deepest) = self.pairs_by_depth().into_iter().find(|pair| pair.overlaps) else {
             return format!("No bodies overlap; {near}.");
         };

@@ -217,7 +217,9 @@ impl ResolutionDocument {
         let unit = self.unit.symbol();
         let short: Vec<&PairState> = self.pairs.iter().filter(|pair| !pair.proved).collect();
         let tied = self.pairs.iter().filter(|pair| pair.status == PairStatus::Tied).count();
-        if self.gap > 0.0 && short.is_empty() {
+        if self.gap > 0.0 && self.bodies.len() == 1 {
+            text += "The scene has one body: there is no gap to prove.\n";
+        } else if self.gap > 0.0 && short.is_empty() {
             text += &format!(
                 "The gap of {} {unit} is proved for all pairs{}, faces and edges included, in the \
                  precision of the files.\n",

@@ -363,6 +363,13 @@ fn element_sets_of_a_flat_file_are_bodies_where_they_are_named() {
     let run = workshop.check(&["layers.inp", "--json", "o.json"]);
     assert_eq!(run.status, 0, "{}{}", run.stdout, run.stderr);
     assert_eq!(body_names(&json(&workshop, "o.json")), ["layers"]);
+    let note = "note: layers.inp is one body of 3 element sets, the first 'lower layer': a scene file takes them as \
+                bodies by their names (parts = [\"lower layer\"])\n";
+    assert_eq!(run.stderr, note);
+    assert!(run.stdout.contains("The scene has one body: there are no pairs."), "{}", run.stdout);
+    let run =
+        workshop.run("resolve", &["layers.inp", "--gap", "0.05", "--no-report", "--out", "one"]);
+    assert!(run.stdout.contains("The scene has one body: there is no gap"), "{}", run.stdout);
 
     let body = |part: &str| format!("[[body]]\nfile = \"layers.inp\"\nparts = [\"{part}\"]\n");
     let bodies = body("bone") + "kind = \"rigid\"\n" + &body("upper") + &body("lower layer");

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use mesh_io::{
     Mesh, ReadError, instances_by_part, move_nodes, nodes_by_part, parse_mesh, parse_parts,
-    part_names, placement_roundings, replace_positions,
+    part_names, placement_roundings, replace_positions, set_names,
 };
 
 use crate::volumes::INP;
@@ -144,7 +144,7 @@ fn a_placed_instance_needs_no_name() {
         assert_eq!((named.faces, named.nodes), (mesh.faces.clone(), Some((0..9).collect())));
     }
     let unknown = part(&placed, &["block"]).expect_err("an instance").to_string();
-    assert_eq!(unknown, "has no part 'block'; its parts are 'i'");
+    assert_eq!(unknown, "has no part 'block'; its parts are 'i', 'base'");
 
     let mut nodes = mesh.volume.expect("a volume mesh").nodes;
     let same = replace_positions(placed.as_bytes(), "inp", &nodes).expect("a model");
@@ -227,6 +227,21 @@ fn element_sets_of_a_flat_file_are_parts_where_they_are_named() {
         assert_eq!(nodes[part].are_of_solids, is_solid, "{part}");
     }
     assert_eq!(nodes.len(), expected.len(), "{:?}", nodes.keys());
+
+    // Sets of the only part are parts, too, and its name is that of all.
+    let plain = FLAT.replace("C3D5", "T3D2");
+    let one = format!("*Part, name=all\n{plain}*End Part\n");
+    for sets in [&["upper"][..], &["lower one", "skin"]] {
+        assert_eq!(part(&one, sets).expect("a mesh"), part(&plain, sets).expect("a mesh"));
+    }
+    let whole = part(&one, &["ALL"]).expect("a mesh");
+    assert_eq!(whole.faces, parse_mesh(plain.as_bytes(), "inp").expect("a mesh").faces);
+    for (file, expected) in [(&*one, &["Upper", "lower one", "skin"][..]), (MODEL, &[])] {
+        assert_eq!(set_names(file.as_bytes(), "inp").expect("a model"), expected);
+    }
+    let nodes = nodes_by_part(one.as_bytes(), "inp").expect("a model");
+    assert!(nodes["all"].is_whole && !nodes["Upper"].is_whole, "{nodes:?}");
+    assert_eq!(nodes["all"].nodes, [0, 1, 2, 3, 4]);
 
     // Nodes move whatever elements there are.
     let moved = move_nodes(FLAT.as_bytes(), "inp", &BTreeMap::from([(0, DVec3::ONE)]));
