@@ -79,7 +79,7 @@ pub struct ShortGap {
 #[non_exhaustive]
 pub enum GapObstacle {
     /// Neither body may move.
-    #[error("both are rigid")]
+    #[error("both are rigid, and neither moves")]
     BothRigid,
     /// The pair overlaps, for the reason that [`Remaining`] names.
     #[error("the surfaces overlap")]
@@ -151,7 +151,7 @@ pub struct BodyChange {
 #[non_exhaustive]
 pub enum Obstacle {
     /// Neither body may move.
-    #[error("both are rigid")]
+    #[error("both are rigid, and neither moves")]
     BothRigid,
     /// Rounds no longer improved anything.
     #[error("no push improved it any more: there is no room to yield, or too far at once")]
@@ -182,6 +182,12 @@ pub enum Obstacle {
     /// coincide.
     #[error("the surfaces coincide: there is no side to push them to; take one out, or move it")]
     Coincident,
+    /// A body covers a place more than once, since it crosses itself or has parts in each other: what is inside it by the
+    /// volume is outside by the parity of crossings.
+    #[error(
+        "a body covers a place more than once, which has no side to be pushed to: join its parts, or take one out"
+    )]
+    CoversTwice,
     /// Most of the vertices of one body were within the tolerance of the other one's surface at the start,
     /// on faces that look the same way.
     #[error(
@@ -293,6 +299,8 @@ impl Remaining {
                 Obstacle::BothRigid
             } else if is_unknown && !report.crossing_faces.is_empty() {
                 Obstacle::Rounding
+            } else if is_unknown && covers_twice(report) {
+                Obstacle::CoversTwice
             } else if is_unknown {
                 Obstacle::Coincident
             } else if is_enclosed(scene, report) {
@@ -323,10 +331,18 @@ impl Remaining {
     /// steeply for a depth, or whose surfaces coincide or nearly do: their distance does not show what they share.
     pub(crate) fn is_within(&self, tolerance: f64) -> bool {
         let DepthBracket { upper, .. } = self.depth;
-        let coincides = matches!(self.obstacle, Obstacle::Coincident | Obstacle::NearlyCoincident);
-        let has_depth = upper > 0.0 && !coincides;
+        let has_no_depth = matches!(
+            self.obstacle,
+            Obstacle::Coincident | Obstacle::NearlyCoincident | Obstacle::CoversTwice
+        );
+        let has_depth = upper > 0.0 && !has_no_depth;
         self.at_first && has_depth && upper <= tolerance
     }
+}
+
+/// Returns true if one body covers a place more than once.
+fn covers_twice(report: &PairReport) -> bool {
+    report.overlap.as_ref().is_some_and(|overlap| overlap.measures.covers_twice.contains(&true))
 }
 
 /// Returns true if no face crosses, and all vertices of one body are inside the other.

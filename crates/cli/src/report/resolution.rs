@@ -8,6 +8,9 @@ use super::table::{Table, dash, left, right};
 use super::text::{counted, grouped, length, measure};
 use crate::scene::Unit;
 
+/// Remedy for a pair that nothing moves.
+const IGNORE_PAIR: &str = "[[ignore]] in a scene file leaves the pair out";
+
 /// Writes the tables of rounds and bodies, and the remaining pairs with their reasons.
 ///
 /// With `keep_going` the best state is the result, also where it breaks limits. `overlaps_in_files` is the number
@@ -112,6 +115,7 @@ pub(super) fn remaining_text(pair: &Remaining, unit: Unit) -> String {
 pub(super) fn obstacle_text(obstacle: &Obstacle, unit: Unit) -> String {
     match *obstacle {
         Obstacle::Squeezed { room, thickness } => squeeze_text(room, thickness, unit),
+        Obstacle::BothRigid => format!("{obstacle}; {IGNORE_PAIR}"),
         _ => obstacle.to_string(),
     }
 }
@@ -123,6 +127,7 @@ pub(super) fn gap_obstacle_text(obstacle: &GapObstacle, unit: Unit) -> String {
             let text = squeeze_text(room, thickness, unit);
             format!("{text} and needs {} {} on either side", measure(gap), unit.symbol())
         }
+        GapObstacle::BothRigid => format!("{obstacle}; {IGNORE_PAIR}"),
         _ => obstacle.to_string(),
     }
 }

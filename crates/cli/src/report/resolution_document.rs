@@ -72,7 +72,7 @@ const NEAR_GAP: f64 = 1.001;
 
 /// State of a pair in the files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "snake_case")]
 pub(crate) enum PairStatus {
     /// The surfaces do not cross, and the gap is proved.
     Apart,
@@ -80,6 +80,8 @@ pub(crate) enum PairStatus {
     Near,
     /// Attached on purpose: no gap is asked for.
     Tied,
+    /// The surfaces cross, no deeper than the tolerance, and no gap is asked for.
+    WithinTolerance,
     /// The surfaces cross, or one body is inside the other.
     Overlaps,
 }
@@ -314,7 +316,12 @@ impl PairState {
         };
 
         let is_near = distance.is_some_and(|distance| distance.lower < gap);
-        let status = if overlaps {
+        // An overlap within the tolerance is left where no gap is asked for.
+        let mut remaining = resolution.remaining.iter();
+        let is_left = resolution.resolved && remaining.any(|left| left.pair == pair);
+        let status = if overlaps && gap <= 0.0 && is_left {
+            PairStatus::WithinTolerance
+        } else if overlaps {
             PairStatus::Overlaps
         } else if removal.is_tied(pair) {
             PairStatus::Tied
@@ -326,11 +333,8 @@ impl PairState {
         let depth_before = resolution.before.iter().find(|report| report.pair == pair);
         let [a, b] = scene.names(pair).map(str::to_owned);
 
-        // An overlap within the tolerance is left where no gap is asked for.
-        let is_left =
-            resolution.resolved && resolution.remaining.iter().any(|left| left.pair == pair);
         let is_fine = matches!(status, PairStatus::Apart | PairStatus::Tied);
-        let proved = is_fine || (status == PairStatus::Overlaps && gap <= 0.0 && is_left);
+        let proved = is_fine || status == PairStatus::WithinTolerance;
         let reason = (!is_fine).then(|| removal.reason(pair, overlaps));
         let depth_before = depth_before.and_then(PairReport::max_depth);
         Self { a, b, status, proved, distance, depth_before, reason }

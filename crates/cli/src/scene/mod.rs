@@ -204,13 +204,15 @@ impl SceneDescription {
 
     /// Returns the number of a body.
     pub(crate) fn index_of(&self, name: &str) -> Result<usize, SceneProblem> {
-        let mut known = Vec::new();
-        for (number, body) in self.bodies.iter().enumerate() {
-            if body.name == name {
-                return Ok(number);
-            }
-            known.push(body.name.as_str());
+        let exact = self.bodies.iter().position(|body| body.name == name);
+        // In Abaqus, names of one spelling in other cases are the same.
+        let is_same = |body: &BodyDescription| {
+            has_extension(&body.path, "inp") && body.name.eq_ignore_ascii_case(name)
+        };
+        if let Some(number) = exact.or_else(|| self.bodies.iter().position(is_same)) {
+            return Ok(number);
         }
+        let known: Vec<&str> = self.bodies.iter().map(|body| body.name.as_str()).collect();
         Err(SceneProblem::NoSuchBody { name: name.to_owned(), known: known.join(", ") })
     }
 

@@ -293,7 +293,8 @@ fn frames_that_fall_short_of_the_gap_are_named_and_marked() {
     let arguments = ["scene.toml", "--motion", "near.json", "--resolve", "apart", "--gap"];
     let run = workshop.run("motion", &[&arguments[..], &["0.5", "--json", "m.json"]].concat());
     assert_eq!(run.status, 1, "{}", run.stdout);
-    let line = "frame 1: plate × needle: 0.306 mm apart: both are rigid\n";
+    let line = "frame 1: plate × needle: 0.306 mm apart: both are rigid, and neither moves; [[ignore]] in a scene \
+                file leaves the pair out\n";
     assert!(run.stdout.contains(line), "{}", run.stdout);
     assert!(run.stdout.contains("have '_unproved' in their names"), "{}", run.stdout);
 
