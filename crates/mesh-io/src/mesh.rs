@@ -88,6 +88,19 @@ impl Polygons {
         self.push(nodes.iter().copied().map(i64::from));
     }
 
+    /// Returns the polygons with the first node of each quadrilateral in front: they are split as faces of solids are
+    /// that have the same nodes.
+    fn split_as_solids(&self) -> Self {
+        let mut split = Self::default();
+        for corners in self.iter() {
+            let first = (0..corners.len()).min_by_key(|&place| corners[place]);
+            let (before, from_first) =
+                corners.split_at(first.filter(|_| corners.len() > 3).unwrap_or(0));
+            split.push(from_first.iter().chain(before).copied());
+        }
+        split
+    }
+
     pub(crate) fn is_empty(&self) -> bool {
         self.ends.is_empty()
     }
@@ -178,7 +191,7 @@ impl Mesh {
         others: &BTreeMap<String, Polygons>,
     ) -> Result<Self, ReadError> {
         if cells.is_empty() && !polygons.is_empty() {
-            let mesh = Self::assemble(nodes.positions, polygons)?;
+            let mesh = Self::assemble(nodes.positions, &polygons.split_as_solids())?;
             return Ok(Self { vertex_numbers: Some(nodes.numbers), ..mesh });
         }
         let skipped = apart_from(&cells, polygons, others, nodes.positions.len());

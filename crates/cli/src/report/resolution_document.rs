@@ -8,8 +8,8 @@ use std::collections::BTreeMap;
 use musculo_collide::kdop::Workspace;
 use musculo_collide::proximity::SeparationBounds;
 use musculo_collide::{
-    BodyChange, BrokenLimit, CheckParams, Conditions, DepthBracket, DistanceBracket, PairId,
-    PairReport, Progress, Resolution, ResolveParams, Scene, SceneError,
+    BodyChange, BrokenLimit, CheckParams, Conditions, DepthBracket, DistanceBracket, Obstacle,
+    PairId, PairReport, Progress, Resolution, ResolveParams, Scene, SceneError,
 };
 use serde::Serialize;
 
@@ -69,6 +69,9 @@ pub(super) struct BrokenRecord {
 
 /// Distance below which pairs are listed, relative to the gap.
 const NEAR_GAP: f64 = 1.001;
+
+/// Remedy for tied bodies with common nodes whose surfaces have other diagonals in the squares between these.
+const IGNORE_TIED: &str = "leave the pair out ([[ignore]]): nodes in common stay so";
 
 /// State of a pair in the files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -366,7 +369,10 @@ impl Removal<'_> {
     fn reason(&self, pair: PairId, overlaps: bool) -> String {
         let Resolution { remaining, gap, .. } = self.resolution;
         if overlaps && let Some(left) = remaining.iter().find(|left| left.pair == pair) {
-            return obstacle_text(&left.obstacle, self.unit);
+            let reason = obstacle_text(&left.obstacle, self.unit);
+            // Surfaces of shared nodes whose squares are split along other diagonals.
+            let is_of_tie = left.obstacle == Obstacle::Coincident && self.is_tied(pair);
+            return if is_of_tie { format!("{reason}, or {IGNORE_TIED}") } else { reason };
         }
         match gap.short.iter().find(|short| short.pair == pair) {
             Some(short) => gap_obstacle_text(&short.obstacle, self.unit),

@@ -128,12 +128,22 @@ fn files() -> Vec<(&'static str, String)> {
 
 /// Returns the triangles of the house, squares split at their first corner.
 pub(crate) fn planted() -> Vec<[u32; 3]> {
-    let mut faces = Vec::new();
-    for [a, b, c, d] in SQUARES {
-        faces.extend([[a, b, c], [a, c, d]]);
-    }
-    faces.extend(TRIANGLES);
-    faces.into_iter().map(|face| face.map(|corner| u32::try_from(corner).expect("few"))).collect()
+    triangles(SQUARES)
+}
+
+/// Returns the triangles of the house as elements: squares are split at their first node in the file, as solids are.
+fn planted_elements() -> Vec<[u32; 3]> {
+    triangles(SQUARES.map(|mut square| {
+        let first = (0..4).min_by_key(|&place| square[place]).expect("a corner");
+        square.rotate_left(first);
+        square
+    }))
+}
+
+fn triangles(squares: [[usize; 4]; 5]) -> Vec<[u32; 3]> {
+    let halves = squares.into_iter().flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]);
+    let faces = halves.chain(TRIANGLES);
+    faces.map(|face| face.map(|corner| u32::try_from(corner).expect("few"))).collect()
 }
 
 #[test]
@@ -141,7 +151,7 @@ fn every_format_gives_the_planted_house() {
     for (extension, content) in files() {
         let mesh = parse_mesh(content.as_bytes(), extension).expect(&content);
         assert_eq!(mesh.positions, NODES.map(DVec3::from_array), "{content}");
-        assert_eq!((mesh.faces, mesh.polygons_fanned), (planted(), 5), "{content}");
+        assert_eq!((mesh.faces, mesh.polygons_fanned), (planted_elements(), 5), "{content}");
         assert!(mesh.volume.is_none());
         let last = if extension == "vtu" { 8 } else { 91 };
         assert_eq!(mesh.vertex_numbers.expect("nodes").last(), Some(&last), "{content}");
@@ -157,7 +167,11 @@ fn all_but_positions_stays_in_a_file_that_is_written_again() {
         let moved = NODES.map(|x| DVec3::from_array(x) * 2.0 + DVec3::X);
         let file = replace_positions(content.as_bytes(), extension, &moved).expect(extension);
         let again = parse_mesh(&file, extension).expect(extension);
-        assert_eq!((&again.positions[..], again.faces), (&moved[..], planted()), "{extension}");
+        assert_eq!(
+            (&again.positions[..], again.faces),
+            (&moved[..], planted_elements()),
+            "{extension}"
+        );
         let back = replace_positions(&file, extension, &NODES.map(DVec3::from_array));
         let back = parse_mesh(&back.expect(extension), extension);
         assert_eq!(back.expect(extension), parse_mesh(content.as_bytes(), extension).unwrap());
@@ -194,7 +208,7 @@ fn surfaces_of_an_assembly_are_left_out() {
     let kinds = ["R3D4", "R3D3"];
     let assembly = "*Assembly\n*Node\n1, 9, 9, 9\n*Element, type=S3\n1, 1, 2, 3\n*End Assembly\n";
     let mesh = parse_mesh((inp(kinds) + assembly).as_bytes(), "inp").expect("a mesh");
-    assert_eq!((mesh.positions.len(), mesh.faces), (9, planted()));
+    assert_eq!((mesh.positions.len(), mesh.faces), (9, planted_elements()));
     let counts = mesh.skipped.expect("two elements").counts;
     assert_eq!(counts.into_iter().collect::<Vec<_>>(), [("MASS".into(), 1), ("S3".into(), 1)]);
 }
@@ -210,5 +224,36 @@ fn damaged_surfaces_never_panic() {
         let Ok(mesh) = mesh else { continue };
         let in_range = |&vertex: &u32| (vertex as usize) < mesh.positions.len();
         assert!(mesh.faces.iter().flatten().all(in_range), "round {round}");
+    }
+}
+
+/// A bone of shells below a solid, over the same nodes: the squares of both are split by the same diagonals, from
+/// whatever corner a file lists them.
+#[test]
+fn shells_are_split_as_the_solids_upon_them() {
+    let triangles = |mesh: &Mesh| {
+        let nodes = mesh.nodes.as_ref().expect("a part of a file");
+        let of_base = |face: &&[u32; 3]| face.iter().all(|&corner| nodes[corner as usize] < 4);
+        let mut triangles: Vec<[u32; 3]> = mesh.faces.iter().filter(of_base).copied().collect();
+        triangles.iter_mut().for_each(|face| {
+            *face = face.map(|corner| nodes[corner as usize]);
+            face.sort_unstable();
+        });
+        triangles.sort_unstable();
+        triangles
+    };
+    for shell in ["1, 2, 3, 4", "2, 3, 4, 1", "4, 1, 2, 3", "4, 3, 2, 1"] {
+        let model = format!(
+            "*Node\n1, 0, 0, 0.1\n2, 1, 0, 0\n3, 1, 1, 0.1\n4, 0, 1, 0\n5, 0, 0, 1\n6, 1, 0, 1\n7, 1, 1, 1\n\
+             8, 0, 1, 1\n*Element, type=C3D8, elset=cartilage\n1, 1, 2, 3, 4, 5, 6, 7, 8\n\
+             *Element, type=R3D4, elset=bone\n2, {shell}\n"
+        );
+        let [cartilage, bone] = ["cartilage", "bone"].map(|set| {
+            let set = [set.to_owned()];
+            let meshes = mesh_io::parse_parts(model.as_bytes(), "inp", &[&set]).expect(shell);
+            meshes.into_iter().next().expect("a mesh")
+        });
+        assert_eq!(triangles(&bone), triangles(&cartilage), "{shell}");
+        assert_eq!(bone.faces.len(), 2, "{shell}");
     }
 }
