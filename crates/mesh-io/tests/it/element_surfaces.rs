@@ -132,7 +132,7 @@ pub(crate) fn planted() -> Vec<[u32; 3]> {
 }
 
 /// Returns the triangles of the house as elements: squares are split at their first node in the file, as solids are.
-fn planted_elements() -> Vec<[u32; 3]> {
+pub(crate) fn planted_elements() -> Vec<[u32; 3]> {
     triangles(SQUARES.map(|mut square| {
         let first = (0..4).min_by_key(|&place| square[place]).expect("a corner");
         square.rotate_left(first);

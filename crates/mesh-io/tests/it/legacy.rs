@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use glam::DVec3;
 use mesh_io::{Precision, Space, coordinate_precision, parse_mesh, replace_positions};
 
-use crate::element_surfaces::{SQUARES, TRIANGLES, planted};
+use crate::element_surfaces::{SQUARES, TRIANGLES, planted, planted_elements};
 use crate::volumes::{self, NODES};
 use crate::{ROUNDS, Random, damaged};
 
@@ -172,7 +172,7 @@ fn every_way_of_writing_gives_the_planted_meshes() {
         assert_eq!(mesh.space, Some(Space::RightAnteriorSuperior), "{style:?}");
 
         let mesh = parse_mesh(&house_grid(style), "").expect("a mesh");
-        assert_eq!((mesh.positions.len(), mesh.faces), (9, planted()), "{style:?}");
+        assert_eq!((mesh.positions.len(), mesh.faces), (9, planted_elements()), "{style:?}");
         assert_eq!((mesh.space, mesh.volume), (None, None), "{style:?}");
 
         let volume = parse_mesh(&block(style), "").expect("a mesh").volume.expect("a volume");
