@@ -74,6 +74,7 @@ impl LoadedScene {
         }
         self.tie_shared_nodes(&mut conditions);
         self.hold_other_parts(&mut conditions)?;
+        self.note_ties_of_models()?;
         self.keep_cell_corners(&mut conditions);
         Ok(conditions)
     }

@@ -67,6 +67,31 @@ impl LoadedScene {
         Ok(())
     }
 
+    /// Notes the ties of models, which are not read, unless the scene has its own.
+    pub(crate) fn note_ties_of_models(&self) -> Result<(), Failure> {
+        if !self.description.ties.is_empty() {
+            return Ok(());
+        }
+        for file in self.description.bodies_by_file() {
+            let path = &self.description.bodies[file[0]].path;
+            if !["inp", "feb"].contains(&&*mesh_io::extension(path).to_ascii_lowercase()) {
+                continue;
+            }
+            let ties = mesh_io::tie_names(&mesh_io::read_file(path)?, &mesh_io::extension(path));
+            let ties = ties.map_err(|error| Failure::in_file(path, error))?;
+            if let Some(first) = ties.first() {
+                let (path, count) = (path.display(), counted(ties.len(), "tie"));
+                let first = mesh_io::escaped(first);
+                let note = format!(
+                    "{path}: ties of the model are not read ({count}, the first '{first}'): [[tie]] in a scene \
+                     file attaches bodies"
+                );
+                terminal::print_line("note", &note);
+            }
+        }
+        Ok(())
+    }
+
     /// Holds the vertices of a soft body that are nodes of a part that is no body of the scene.
     fn hold_nodes(&self, body: BodyId, part: &str, nodes: &[u32], conditions: &mut Conditions) {
         let own = self.nodes[body.index()].iter().flatten();

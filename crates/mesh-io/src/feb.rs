@@ -126,6 +126,28 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<FileParts, ReadError> {
     Ok(model.finish())
 }
 
+/// Returns the names of tied contacts, numbered where they have none.
+pub(crate) fn tie_names(bytes: &[u8]) -> Result<Vec<String>, ReadError> {
+    let text = in_utf_8(bytes);
+    let mut reader = Reader::from_reader(&*text);
+    let mut names = Vec::new();
+    loop {
+        let start = place(&reader);
+        let event = reader.read_event().map_err(|error| malformed(start, error.to_string()))?;
+        let (Event::Start(tag) | Event::Empty(tag)) = event else {
+            if matches!(event, Event::Eof) {
+                return Ok(names);
+            }
+            continue;
+        };
+        let kind = attribute(&tag, "type").filter(|_| tag.name().as_ref() == "contact");
+        if kind.is_some_and(|kind| kind.starts_with("tied") || kind == "sticky") {
+            let numbered = || format!("contact {}", names.len() + 1);
+            names.push(attribute(&tag, "name").unwrap_or_else(numbered));
+        }
+    }
+}
+
 impl<'a> Model<'a> {
     fn new(file: &'a [u8]) -> Self {
         Self {

@@ -14,7 +14,7 @@ use glam::DVec3;
 use crate::ReadError;
 use crate::copy::{Copy, Precision, check_range};
 use crate::inp::{InpContent, Sorting, parse_content, unsupported_type};
-use crate::inp_keyword::{INP, InpLines};
+use crate::inp_keyword::{INP, InpLine, InpLines};
 use crate::inp_outline::{Outline, Section};
 use crate::inp_placement::Placement;
 use crate::inp_rigid::{ElementList, RigidElements};
@@ -96,6 +96,20 @@ pub(crate) fn set_names(bytes: &[u8]) -> Result<Vec<String>, ReadError> {
     }
     let parts = InpModel::of_parts_or_sets(bytes, &outline)?.parts;
     Ok(parts.names().into_iter().filter(|name| Some(name) != parts.whole.as_ref()).collect())
+}
+
+/// Returns the names of ties, numbered where they have none.
+pub(crate) fn tie_names(bytes: &[u8]) -> Vec<String> {
+    let mut names = Vec::new();
+    for line in InpLines::new(Lines::new(bytes)) {
+        if let InpLine::Keyword(keyword) = line
+            && keyword.name == "TIE"
+        {
+            let numbered = || format!("tie {}", names.len() + 1);
+            names.push(keyword.value("NAME").map_or_else(numbered, str::to_owned));
+        }
+    }
+    names
 }
 
 /// Returns the names of the instances that have the nodes of a part, by its name.

@@ -90,6 +90,7 @@ pub use self::field::FieldFormat;
 pub use self::mesh::{Mesh, Unread};
 pub use self::mesh_format::{
     MeshFormat, instances_by_part, nodes_by_part, parse_mesh, parse_parts, part_names, set_names,
+    tie_names,
 };
 pub use self::osim::{ModelBody, ModelMesh, OpenSimModel};
 pub use self::parts::PartNodes;

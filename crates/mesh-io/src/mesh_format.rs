@@ -200,6 +200,21 @@ pub fn set_names(bytes: &[u8], extension: &str) -> Result<Vec<String>, ReadError
     }
 }
 
+/// Returns the names of the constraints of a model by which its surfaces are tied, which no mesh has; none of other
+/// files.
+///
+/// # Errors
+///
+/// The reason, where the content does not follow its format.
+pub fn tie_names(bytes: &[u8], extension: &str) -> Result<Vec<String>, ReadError> {
+    let (_, content) = split_mark(bytes);
+    match FileFormat::recognize(content, extension)? {
+        FileFormat::Feb => feb::tie_names(content),
+        FileFormat::Inp => Ok(inp_model::tie_names(content)),
+        _ => Ok(Vec::new()),
+    }
+}
+
 /// Returns the nodes of each part by its name, whatever its elements are; none in a format without parts.
 ///
 /// # Errors

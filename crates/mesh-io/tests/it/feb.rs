@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use mesh_io::{
     Mesh, ReadError, move_nodes, nodes_by_part, parse_mesh, parse_parts, part_names,
-    replace_positions,
+    replace_positions, tie_names,
 };
 use volume_mesh::Cell;
 
@@ -180,6 +180,16 @@ fn names_of_parts_are_decoded() {
     file.splice(bone..bone + 4, *b"F\xe8mur");
     let known = part_names(&file, "feb").expect("a model");
     assert_eq!(known[1..4], ["F\u{e8}mur", "bone", "F\u{e9}mur"]);
+}
+
+#[test]
+fn ties_are_named_and_other_contacts_are_not() {
+    let contacts = "<Contact>\n<contact type=\"tied-elastic\" name=\"glue\" surface_pair=\"p\">\n<penalty>1</penalty>\n\
+                    </contact>\n<contact type=\"sliding-elastic\" name=\"s\"/>\n<contact type=\"tied-biphasic\"/>\n\
+                    </Contact>\n</febio_spec>";
+    let model = MODEL.replace("</febio_spec>", contacts);
+    assert_eq!(tie_names(model.as_bytes(), "feb").expect("a model"), ["glue", "contact 2"]);
+    assert!(tie_names(MODEL.as_bytes(), "feb").expect("a model").is_empty(), "none");
 }
 
 #[test]

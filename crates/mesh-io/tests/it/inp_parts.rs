@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use mesh_io::{
     Mesh, ReadError, instances_by_part, move_nodes, nodes_by_part, parse_mesh, parse_parts,
-    part_names, placement_roundings, replace_positions, set_names,
+    part_names, placement_roundings, replace_positions, set_names, tie_names,
 };
 
 use crate::volumes::INP;
@@ -90,6 +90,9 @@ fn instances_are_read_by_their_names_where_the_assembly_has_them() {
     assert_eq!(nodes["muscle"].nodes, [0, 1, 2, 3, 4]);
     assert_eq!((&nodes["femur"].nodes[..], nodes["ball-1"].nodes.len()), (&[5, 6, 7, 8][..], 0));
     assert!(nodes["femur"].are_of_solids && !nodes["ball-1"].are_of_solids, "a rigid surface");
+    let tied = MODEL
+        .replace("*End Assembly", "*Tie, name=glue, adjust=yes\na, b\n*Tie\nc, d\n*End Assembly");
+    assert_eq!(tie_names(tied.as_bytes(), "inp").expect("a model"), ["glue", "tie 2"]);
     let shared = instances_by_part(MODEL.as_bytes(), "inp").expect("a model");
     assert_eq!(shared["Screw"], ["screw-1", "Screw 2"]);
 }
