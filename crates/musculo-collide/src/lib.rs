@@ -259,7 +259,8 @@ pub use ::{
 pub use ::resolve::{
     BodyChange, BodyStiffness, BrokenLimit, CellCorners, Conditions, DistanceBracket,
     FixedVertices, GapObstacle, GapProof, GapRound, Obstacle, Remaining, Resolution, ResolveError,
-    ResolveParams, ResolveTuning, Resolver, Round, ShortGap, Tie, WrittenPrecision, resolve,
+    ResolveParams, ResolveTuning, Resolver, Round, ShortGap, Tie, TiedVertices, WrittenPrecision,
+    resolve,
 };
 pub use overlap::{
     ContactMeasures, ElasticFoundation, FoundationLaw, JointContact, JointContactError,

@@ -9,11 +9,12 @@ use kdop::Workspace;
 use response::{ParameterError, positive};
 use scene::{BodyId, PairId, Scene, SceneError};
 use surface::progress::Progress;
+use surface::triangle;
 
 use crate::near_pairs::NearPairs;
 use crate::self_contacts::SelfSurface;
 use crate::tissue::{Tissue, fitted_tree};
-use crate::{BodyStiffness, CellCorners, Conditions, ResolveError, Tie};
+use crate::{BodyStiffness, CellCorners, Conditions, ResolveError, Tie, TiedVertices};
 
 /// Vertex that follows a point of another body.
 #[derive(Clone, Copy, Debug)]
@@ -141,8 +142,8 @@ impl Conditions {
         scene: &Scene,
         tissues: &[Tissue],
         near: &NearPairs,
-    ) -> Result<Vec<TieBond>, ResolveError> {
-        let mut bonds = Vec::new();
+    ) -> Result<(Vec<TieBond>, Vec<TiedVertices>), ResolveError> {
+        let (mut bonds, mut counts) = (Vec::new(), Vec::new());
         let workspace = &mut Workspace::default();
         for Tie { bodies: [a, b], distance } in &self.ties {
             let name = scene.get(*a)?.name();
@@ -155,7 +156,12 @@ impl Conditions {
             let own = fitted_tree(scene.body(follower));
             let other = fitted_tree(scene.body(leader));
             let crosses = near.crossing_vertices(follower, leader, own.surface());
+            let outward = |face: u32| {
+                let normal = triangle::unit_normal(scene.body(leader).corners(face));
+                tissues[leader.index()].orientation() * normal
+            };
             let (mut hint, mut is_found) = (None, false);
+            let mut count = TiedVertices { follower, leader, tied: 0, crossing: 0 };
             for (vertex, &x) in (0..).zip(own.positions().as_slice()) {
                 let found = other.closest_point(x, *distance, hint, workspace);
                 if let Some(closest) = found {
@@ -164,8 +170,11 @@ impl Conditions {
                     let away = x - closest.foot.point;
                     let faces_away = tissues[follower.index()].outward(vertex).dot(away) > 0.0;
                     if faces_away || crosses.contains(&vertex) {
+                        let comes_out = !faces_away || away.dot(outward(closest.face)) < 0.0;
+                        count.crossing += usize::from(comes_out);
                         continue;
                     }
+                    count.tied += 1;
                     let corners = other.surface().faces()[closest.face as usize];
                     let weights = closest.foot.barycentric;
                     bonds.push(TieBond { follower, vertex, leader, corners, weights });
@@ -177,7 +186,8 @@ impl Conditions {
                 let [a, b] = [*a, *b].map(|id| scene.body(id).name().to_owned());
                 return Err(ResolveError::NothingTied { a, b, distance: *distance });
             }
+            counts.push(count);
         }
-        Ok(bonds)
+        Ok((bonds, counts))
     }
 }

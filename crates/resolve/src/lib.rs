@@ -107,7 +107,7 @@ pub use crate::params::{
 };
 pub use crate::resolution::{
     BodyChange, BrokenLimit, DistanceBracket, GapObstacle, GapProof, GapRound, Obstacle, Remaining,
-    Resolution, ShortGap,
+    Resolution, ShortGap, TiedVertices,
 };
 pub use crate::resolver::{Resolver, resolve};
 pub use crate::round::Round;

@@ -72,6 +72,21 @@ pub struct ShortGap {
     pub obstacle: GapObstacle,
 }
 
+/// Vertices of a [tie](crate::Tie) at the start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct TiedVertices {
+    /// Body whose vertices are tied.
+    pub follower: BodyId,
+    /// Body that they keep their place to.
+    pub leader: BodyId,
+    /// Number of vertices that keep it.
+    pub tied: usize,
+    /// Number of vertices within the distance that do not: they are inside, or of faces that cross the other surface,
+    /// and come out.
+    pub crossing: usize,
+}
+
 /// Reason why a pair is nearer than the gap.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -263,6 +278,8 @@ pub struct Resolution {
     /// Bodies that the best state brings beyond their limits. With any, the scene has an earlier
     /// state, unless [`keep_going`](crate::ResolveParams::keep_going) asks for the best one.
     pub broken_limits: Vec<BrokenLimit>,
+    /// Vertices that ties hold, and those that they do not, in the order of the ties.
+    pub ties: Vec<TiedVertices>,
     /// Bodies that are to be [uncrossed](crate::Conditions::uncrossed) and still cross themselves.
     pub self_overlaps: Vec<BodyId>,
     /// True if no surface is deeper in another than the tolerance, as far as certain, no pair

@@ -254,6 +254,7 @@ impl<'a> Run<'a> {
             gap,
             self_overlaps,
             broken_limits,
+            ties: self.ties.counts.clone(),
             gap_rounds: std::mem::take(&mut self.gap_rounds),
             remaining,
             bodies: BodyChange::list(self.scene, &self.tissues, self.round_progress())?,

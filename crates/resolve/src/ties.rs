@@ -6,12 +6,14 @@ use crate::conditions::TieBond;
 use crate::near_pairs::NearPairs;
 use crate::seams::Seams;
 use crate::tissue::Tissue;
-use crate::{Conditions, ResolveError};
+use crate::{Conditions, ResolveError, TiedVertices};
 
 /// Ties of a scene.
 pub(crate) struct Ties {
     /// Pairs that are tied, ascending.
     pub(crate) pairs: Vec<PairId>,
+    /// Vertices that each tie holds, and those that it does not.
+    pub(crate) counts: Vec<TiedVertices>,
     /// Vertices that follow a point of another body from a distance, or of a rigid one.
     pub(crate) bonds: Vec<TieBond>,
     /// Vertices of soft bodies that are tied at one place.
@@ -28,7 +30,7 @@ impl Ties {
         tissues: &mut [Tissue],
         near: &NearPairs,
     ) -> Result<Self, ResolveError> {
-        let mut bonds = conditions.tie_bonds(scene, tissues, near)?;
+        let (mut bonds, counts) = conditions.tie_bonds(scene, tissues, near)?;
         let count = scene.bodies().last().map_or(0, |body| body.particles().end);
         let follower = |bond: &TieBond| scene.body(bond.follower).particles().start + bond.vertex;
         let mut is_follower = Vec::new();
@@ -40,6 +42,6 @@ impl Ties {
         let seams = Seams::new(scene, &bonds);
         bonds.retain(|bond| bond.corner_at_follower(scene).is_none());
         seams.fix(scene, tissues);
-        Ok(Self { pairs: conditions.tied_pairs(), bonds, seams, is_follower })
+        Ok(Self { pairs: conditions.tied_pairs(), counts, bonds, seams, is_follower })
     }
 }

@@ -34,6 +34,7 @@ mod self_crossing;
 mod series;
 mod table;
 mod text;
+mod tie_record;
 mod until_contact;
 mod viewer;
 mod volume_record;

@@ -16,6 +16,7 @@ use serde::Serialize;
 use super::attachment_record::AttachmentRecord;
 use super::resolution::{gap_obstacle_text, ignored_pairs, left_out_text, obstacle_text};
 use super::text::{counted, length, measure};
+use super::tie_record::TieRecord;
 use super::volume_record::QualityRecord;
 use crate::scene::Unit;
 
@@ -42,6 +43,8 @@ pub(crate) struct ResolutionDocument {
     broken_limits: Vec<BrokenRecord>,
     /// Attachments of the bodies of pairs that are not proved.
     attachments: Vec<AttachmentRecord>,
+    /// Vertices that ties hold.
+    ties: Vec<TieRecord>,
     /// Bodies that were to be uncrossed and still cross themselves.
     self_overlaps: Vec<String>,
 }
@@ -180,6 +183,7 @@ impl ResolutionDocument {
         }
         let is_left = |name: &str| pairs.iter().any(|pair| !pair.proved && pair.contains(name));
         let attachments = AttachmentRecord::list(conditions, scene, is_left);
+        let ties = resolution.ties.iter().map(|count| TieRecord::new(count, scene)).collect();
         let mut self_overlaps = Vec::new();
         for body in &resolution.self_overlaps {
             self_overlaps.push(scene.body(*body).name().to_owned());
@@ -196,6 +200,7 @@ impl ResolutionDocument {
             bodies,
             broken_limits,
             attachments,
+            ties,
             self_overlaps,
         })
     }
@@ -237,6 +242,9 @@ impl ResolutionDocument {
             for pair in short {
                 text += &format!("  {}\n", pair.text(self.unit));
             }
+        }
+        for tie in self.ties.iter().filter_map(TieRecord::text) {
+            text += &format!("{tie}.\n");
         }
         for attachment in &self.attachments {
             text += &format!("{}.\n", attachment.text());

@@ -285,6 +285,9 @@ fn tied_bodies_move_together() {
     assert!(brute_distance(&scene, bone, muscle) >= GAP);
     let between = brute_distance(&scene, muscle, cartilage);
     assert!((between - 0.01).abs() < 4e-3, "{between} instead of 0.01");
+    let [count] = resolution.ties[..] else { panic!("one tie: {:?}", resolution.ties) };
+    assert_eq!((count.follower, count.leader, count.crossing), (cartilage, muscle, 0));
+    assert_eq!(count.tied, 144, "one side of the plate");
 }
 
 /// Cartilage of which one end is sunk into the bone that it is tied to, and the other one off it.
@@ -297,6 +300,10 @@ fn what_is_sunk_is_not_tied() {
     let ties = vec![Tie { bodies, distance: 0.5 }];
     let resolution = resolve(&mut scene, Conditions { ties, ..Conditions::default() });
     assert!(resolution.resolved, "{:?} {:?}", resolution.remaining, resolution.broken_limits);
+
+    // Eleven of 21 rows of the lower side are sunk or cross, and the outer side goes with what is below it.
+    let [count] = resolution.ties[..] else { panic!("one tie: {:?}", resolution.ties) };
+    assert!(count.tied > 0 && count.crossing >= 11 * 21, "{count:?}");
 
     // Else the outer side would stay, where the inner one goes.
     let strain = resolution.bodies[bodies[1].index()].strain;

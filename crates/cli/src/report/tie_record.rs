@@ -1,0 +1,36 @@
+//! Ties of overlap removal, with the vertices that each holds.
+
+use musculo_collide::{Scene, TiedVertices};
+use serde::Serialize;
+
+use super::text::grouped;
+
+/// Vertices of a tie.
+#[derive(Debug, Serialize)]
+pub(crate) struct TieRecord {
+    /// Body whose vertices are tied, and the body to which.
+    a: String,
+    b: String,
+    /// Number of vertices that keep their place.
+    tied: usize,
+    /// Number of vertices within the distance that come out of the other body.
+    crossing: usize,
+}
+
+impl TieRecord {
+    pub(super) fn new(count: &TiedVertices, scene: &Scene) -> Self {
+        let [a, b] = [count.follower, count.leader].map(|id| scene.body(id).name().to_owned());
+        Self { a, b, tied: count.tied, crossing: count.crossing }
+    }
+
+    /// Describes a tie that does not hold all vertices within its distance.
+    pub(super) fn text(&self) -> Option<String> {
+        let Self { a, b, tied, crossing } = self;
+        (*crossing > 0).then(|| {
+            let (tied, all) = (grouped(*tied), grouped(tied + crossing));
+            format!(
+                "{a} is tied to {b} by {tied} of {all} vertices: the others were in it or crossed it, and came out"
+            )
+        })
+    }
+}
