@@ -200,6 +200,13 @@ impl<'a> Run<'a> {
         if !self.is_warm {
             return self.revert_to_best();
         }
+
+        // Displacements of the last state are within limits, and so is what is left to do from them, also where less
+        // overlaps by itself: tissue would let a bone pass that is halfway through it.
+        let carried = self.tissues.iter().map(|tissue| tissue.damage.max_displacement);
+        let further = self.params.max_displacement * self.rounds[1].max_depth;
+        let allowed = carried.fold(0.0, f64::max) + further;
+        self.allowed_displacement = self.allowed_displacement.max(allowed);
         self.keep_as_best(1);
         Ok(())
     }
@@ -262,6 +269,7 @@ impl<'a> Run<'a> {
             after,
             rounds: std::mem::take(&mut self.rounds),
             final_round,
+            is_continued: self.is_warm,
             unfreed: std::mem::take(&mut self.unfreed),
         })
     }

@@ -76,7 +76,9 @@ impl Job<'_> {
             stopwatch.lap("write");
 
             let info = FrameInfo { frame, time: replay.time(frame), seconds };
-            frames.push(ResolvedFrame::new(info, scene, self.unit, &self.params, &resolution));
+            let mut frame = ResolvedFrame::new(info, scene, self.unit, &self.params, &resolution);
+            frame.follow(frames.last());
+            frames.push(frame);
             phase.step();
         }
         drop(phase);

@@ -44,6 +44,9 @@ pub(crate) struct ResolvedFrame {
     resolved: bool,
     before: OverlapRecord,
     after: OverlapRecord,
+    /// True if displacements of the frame before were not the start, where there were any: tissue may be on another
+    /// side of a bone than in that frame.
+    starts_anew: bool,
     /// Number of pairs that overlap and did not at the start.
     new_pairs: usize,
     remaining: Vec<RemainingRecord>,
@@ -109,6 +112,11 @@ pub(crate) struct FrameInfo {
 }
 
 impl ResolvedFrame {
+    /// Marks the frame as one that goes on from one before it, unless that had displacements which it has not.
+    pub(crate) fn follow(&mut self, before: Option<&Self>) {
+        self.starts_anew &= before.is_some_and(|before| before.max_displacement > 0.0);
+    }
+
     pub(crate) fn new(
         info: FrameInfo,
         scene: &Scene,
@@ -129,6 +137,8 @@ impl ResolvedFrame {
             resolved: resolution.resolved,
             before,
             after: OverlapRecord { pairs: resolution.remaining.len(), deepest: 0.0 },
+            // Where nothing overlaps, tissue is at rest.
+            starts_anew: !resolution.is_continued && pairs > 0,
             new_pairs: 0,
             remaining: Vec::new(),
             short_gaps: Vec::new(),
@@ -252,6 +262,13 @@ impl ResolvedDocument {
             }
             for broken in &frame.broken_limits {
                 text += &format!("frame {}: {}\n", frame.frame, broken.text(self.unit));
+            }
+            if frame.starts_anew {
+                text += &format!(
+                    "frame {}: starts anew, without the displacements of the frame before: tissue may be on \
+                     another side of a bone than there\n",
+                    frame.frame
+                );
             }
             for body in &frame.self_overlaps {
                 text += &format!("frame {}: {body} still crosses itself\n", frame.frame);

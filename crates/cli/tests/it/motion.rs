@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::support::{Workshop, obj};
-use fixtures::shapes::plate;
+use fixtures::shapes::{icosphere, plate};
 use glam::DVec3;
 use serde_json::Value;
 
@@ -283,6 +283,34 @@ fn what_holds_a_body_that_does_not_come_apart_is_named() {
     assert_eq!([resolved(0), resolved(1)], [false, true], "{document}");
     assert_eq!(document["attachments"][0]["tied_to"][0], "lower", "{document}");
     assert_eq!(document["attachments"].as_array().unwrap().len(), 1, "{document}");
+}
+
+/// A bone presses a sheet down, is far below it in the next frame, a little higher in one more, and gone in the last.
+#[test]
+fn frames_that_do_not_go_on_from_the_one_before_are_named() {
+    let workshop = Workshop::new();
+    workshop.write("bone.obj", obj(&icosphere(5.0, 3)));
+    workshop.write("sheet.obj", obj(&plate(DVec3::new(60.0, 60.0, 2.0), [24; 2])));
+    workshop.write(
+        "scene.toml",
+        "motion = \"down.json\"\n[[body]]\nfile = \"bone.obj\"\nkind = \"rigid\"\n\
+         [[body]]\nfile = \"sheet.obj\"\nkind = \"deformable\"\n",
+    );
+    let frames = [3.0, -3.0, -2.75, 30.0].map(|height| {
+        let pose = REST.replace("0,0,1,0, 0,0,0,1", &format!("0,0,1,{height}, 0,0,0,1"));
+        format!("{{\"bone\": {pose}}}")
+    });
+    workshop.write("down.json", format!("{{\"frames\": [{}]}}", frames.join(", ")));
+    let arguments = ["scene.toml", "--resolve", "apart", "--gap", "0.1", "--json", "m.json"];
+    let run = workshop.run("motion", &arguments);
+    assert_eq!(run.status, 0, "{}{}", run.stdout, run.stderr);
+    let document = json(&workshop, "m.json");
+    let anew = |frame: usize| document["frames"][frame]["starts_anew"].as_bool();
+    let expected = [false, true, false, false].map(Some);
+    assert_eq!([0, 1, 2, 3].map(anew), expected, "{}", run.stdout);
+    let line = "frame 1: starts anew, without the displacements of the frame before";
+    assert_eq!(run.stdout.matches("starts anew").count(), 1, "{}", run.stdout);
+    assert!(run.stdout.contains(line), "{}", run.stdout);
 }
 
 /// The needle is 0.806 above the plate, then 0.306. Both are rigid.

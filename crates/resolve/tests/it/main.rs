@@ -16,6 +16,7 @@ mod set_aside;
 mod thigh;
 mod unwelded;
 mod voxels;
+mod walk;
 
 use fixtures::Mesh;
 use glam::DVec3;
