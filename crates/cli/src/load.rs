@@ -220,7 +220,10 @@ fn read_meshes(description: &SceneDescription) -> Result<(Vec<Inspected>, Option
                 spaces.extend(space.map(|space| (first, space)));
                 for (&number, mesh) in bodies.iter().zip(of_file) {
                     if let Ok(InspectedMesh { record, .. }) = &mesh {
-                        warn_of_rest(&first.path, record.unread.as_ref(), record.skipped.as_ref());
+                        let problems = [&record.joined, &record.unread, &record.skipped];
+                        for problem in problems.into_iter().flatten() {
+                            warn_of(&first.path, problem);
+                        }
                     }
                     meshes[number] = Some(mesh);
                 }
@@ -301,18 +304,9 @@ fn file_length(body: &BodyDescription) -> f64 {
     std::fs::metadata(&body.path).map_or(0.0, |file| file.len() as f64)
 }
 
-/// Warns of content that a mesh file has behind its declared end, and of elements that are no part of
-/// the mesh, whatever the command.
-fn warn_of_rest(path: &Path, unread: Option<&impl Display>, skipped: Option<&impl Display>) {
-    let warn = |problem: &dyn Display| {
-        terminal::print_line("warning", &format!("{}: {problem}", path.display()));
-    };
-    if let Some(unread) = unread {
-        warn(unread);
-    }
-    if let Some(skipped) = skipped {
-        warn(skipped);
-    }
+/// Warns of a mesh file, whatever the command.
+fn warn_of(path: &Path, problem: &impl Display) {
+    terminal::print_line("warning", &format!("{}: {problem}", path.display()));
 }
 
 /// Surface of one mesh file.
@@ -332,7 +326,12 @@ impl LoadedSurface {
         let Some(mesh) = meshes.pop() else {
             return Err(Failure::in_file(path, "has no mesh"));
         };
-        warn_of_rest(path, mesh.unread.as_ref(), mesh.skipped.as_ref());
+        if let Some(unread) = &mesh.unread {
+            warn_of(path, unread);
+        }
+        if let Some(skipped) = &mesh.skipped {
+            warn_of(path, skipped);
+        }
 
         let Mesh { positions, faces, space, .. } = mesh;
         let refused = |error: SurfaceError| Failure::in_file(path, error);
@@ -387,6 +386,10 @@ impl InspectedMesh {
                 BodyKind::Deformable
             }),
             polygons_fanned: mesh.polygons_fanned,
+            joined: (mesh.object_count > 1).then(|| {
+                let objects = counted(mesh.object_count, "object");
+                format!("{objects} as one body: save each in a file of its own for several")
+            }),
             unread: mesh.unread.as_ref().map(ToString::to_string),
             skipped: mesh.skipped.as_ref().map(ToString::to_string),
             closed: inspection.closed(),

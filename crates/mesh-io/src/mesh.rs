@@ -33,6 +33,8 @@ pub struct Mesh {
     pub faces: Vec<[u32; 3]>,
     /// Number of faces in the file with more than three corners.
     pub polygons_fanned: usize,
+    /// Number of objects of an OBJ file that have faces, which are one mesh; 1 of other files.
+    pub object_count: usize,
     /// Content of the file behind the end that its header declares.
     pub unread: Option<Unread>,
     /// Elements that are no part of the mesh: of an Abaqus file all others, of an MSH, VTU or VTK file
@@ -222,6 +224,7 @@ impl Mesh {
             positions,
             faces,
             polygons_fanned: 0,
+            object_count: 1,
             unread: None,
             skipped: None,
             space: None,

@@ -1,10 +1,11 @@
-//! Wavefront OBJ: the positions (`v`) and faces (`f`) of all groups as one mesh.
+//! Wavefront OBJ: the positions (`v`) and faces (`f`) of all objects and groups as one mesh; objects (`o`) are counted.
 //!
 //! A statement is a line, and those below it while lines end with a backslash; a comment ends it.
 //!
 //! This reader is not a crate's, because places matter: known crates renumber
 //! vertices per group and use, and their errors name no line.
 
+use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::str::FromStr;
 
@@ -57,9 +58,9 @@ pub(crate) fn replace(file: &[u8], positions: &[DVec3]) -> Result<Vec<u8>, ReadE
 /// Reads the vertices and faces of an OBJ file.
 pub(crate) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
     let (mut positions, mut polygons) = (Vec::new(), Polygons::default());
-    let mut corners = Vec::new();
+    let (mut corners, mut object, mut objects) = (Vec::new(), None, BTreeSet::new());
 
-    // Words other than these two concern normals, groups, materials and the like.
+    // Words other than these concern normals, groups, materials and the like.
     let (mut statements, mut words) = (Statements::new(bytes), Vec::new());
     while let Some(line) = statements.read_next(&mut words) {
         let Some((keyword, values)) = words.split_first() else { continue };
@@ -71,13 +72,16 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
                     corners.push(corner(line, word.text, positions.len())?);
                 }
                 polygons.push(corners.iter().copied());
+                objects.extend(object.take());
             }
+            b"o" => object = Some(values.iter().map(|word| word.text).collect::<Vec<_>>()),
             _ => {}
         }
     }
 
     let mesh = Mesh::assemble(positions, &polygons)?;
-    Ok(Mesh { space: Space::in_first_comments(bytes), ..mesh })
+    let object_count = objects.len().max(1);
+    Ok(Mesh { space: Space::in_first_comments(bytes), object_count, ..mesh })
 }
 
 /// Statements of a file.

@@ -176,8 +176,8 @@ impl Defect {
         let (one, many) = match self {
             Self::BoundaryEdge => ("boundary edge", "boundary edges"),
             Self::UnweldedEdge => (
-                "boundary edge in the place of another (vertices are not welded)",
-                "boundary edges in the place of others (vertices are not welded)",
+                "boundary edge in the place of another (vertices are not welded: merge those at one place)",
+                "boundary edges in the place of others (vertices are not welded: merge those at one place)",
             ),
             Self::NonManifoldEdge => ("non-manifold edge", "non-manifold edges"),
             Self::MisorientedEdge => ("misoriented edge", "misoriented edges"),

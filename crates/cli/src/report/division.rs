@@ -4,7 +4,7 @@ use musculo_collide::{BodyId, PairReport, Scene, SceneError, Side};
 use serde::Serialize;
 
 use super::table::{Table, left, right};
-use super::text::{grouped, measure};
+use super::text::{counted, grouped, measure};
 use crate::scene::Unit;
 
 /// Open surface that another body crosses.
@@ -59,7 +59,10 @@ fn divide(scene: &mut Scene, body: BodyId, by: BodyId) -> Result<DivisionRecord,
     Ok(DivisionRecord { body, by, regions })
 }
 
-/// Returns a table with one row per region.
+/// Number of regions of one division that have rows of their own: surfaces that are not welded have as many as faces.
+const MAX_ROWS: usize = 12;
+
+/// Returns a table with one row per region, and one for all that are small where there are many.
 pub(super) fn table(divisions: &[DivisionRecord], unit: Unit) -> Table {
     let mut table = Table::new([
         left("open"),
@@ -71,9 +74,16 @@ pub(super) fn table(divisions: &[DivisionRecord], unit: Unit) -> Table {
 
     // The names stand on each row, so that rows can be sorted and searched.
     for DivisionRecord { body, by, regions } in divisions {
-        for RegionRecord { side, faces, area } in regions {
+        let (large, smaller) = regions.split_at(regions.len().min(MAX_ROWS));
+        for RegionRecord { side, faces, area } in large {
             let side = side_name(*side).to_owned();
             table.row([body.clone(), by.clone(), side, grouped(*faces), measure(*area)]);
+        }
+        if !smaller.is_empty() {
+            let count = counted(smaller.len(), "smaller region");
+            let faces = smaller.iter().map(|region| region.faces).sum();
+            let area = smaller.iter().map(|region| region.area).sum();
+            table.row([body.clone(), by.clone(), count, grouped(faces), measure(area)]);
         }
     }
     table

@@ -43,6 +43,9 @@ pub(crate) struct BodyRecord {
     pub(crate) kind: BodyKind,
     /// Number of faces in the file with more than three corners.
     pub(crate) polygons_fanned: usize,
+    /// Objects of the file that are one body, in words, where there are several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) joined: Option<String>,
     /// Content of the file behind the end that its header declares, in words.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) unread: Option<String>,
@@ -87,6 +90,7 @@ impl BodyRecord {
         if self.polygons_fanned > 0 {
             notes.push(counted(self.polygons_fanned, "polygon") + " split into triangles");
         }
+        notes.extend(self.joined.clone());
         notes.extend(self.unread.clone());
         notes.extend(self.skipped.clone());
         notes.extend(self.volume_mesh.iter().filter_map(VolumeRecord::defect));

@@ -122,6 +122,39 @@ fn what_lies_in_a_body_with_a_hole_overlaps_it() {
     assert!(pair["max_vertex_depth"].as_f64().expect("a depth") > 7.9, "{pair}");
 }
 
+/// Every face of a surface that is not welded is a region: the largest have rows, and one row has the others.
+#[test]
+fn many_regions_of_a_surface_have_one_row() {
+    let ball = icosphere(10.0, 2);
+    let corners = ball.faces.iter().flatten().map(|&corner| ball.positions[corner as usize]);
+    let faces = (0..ball.faces.len() as u32).map(|face| [3 * face, 3 * face + 1, 3 * face + 2]);
+    let soup = Mesh { positions: corners.collect(), faces: faces.collect() };
+    let (table, _) = check(&soup, &icosphere(4.0, 2).translated(9.0 * DVec3::X));
+    assert!(table.contains(" smaller regions") && table.lines().count() < 40, "{table}");
+    assert!(table.contains("merge those at one place"), "{table}");
+}
+
+/// Two objects of an OBJ file are one body, which is told.
+#[test]
+fn objects_of_one_file_are_counted() {
+    let workshop = Workshop::new();
+    let ball = obj(&icosphere(2.0, 1));
+    let count = icosphere(2.0, 1).positions.len();
+    let second = "f 43 44 45\n".replace("43", &(count + 1).to_string());
+    let second =
+        second.replace("44", &(count + 2).to_string()).replace("45", &(count + 3).to_string());
+    workshop.write(
+        "two.obj",
+        format!("o one\n{ball}o empty\no two\nv 9 0 0\nv 9 1 0\nv 9 0 1\n{second}"),
+    );
+    workshop.write("one.obj", format!("o one\ng a\n{ball}"));
+    let run = workshop.check(&["two.obj", "one.obj"]);
+    let warning =
+        "warning: two.obj: 2 objects as one body: save each in a file of its own for several\n";
+    assert_eq!(run.stderr, warning);
+    assert!(run.stdout.contains("2 objects as one body"), "{}", run.stdout);
+}
+
 #[test]
 fn patches_and_curves_are_written_as_vtp() {
     let workshop = Workshop::new();

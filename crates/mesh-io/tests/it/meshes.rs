@@ -38,6 +38,7 @@ fn expected() -> Mesh {
     Mesh {
         positions: positions.into_iter().map(DVec3::from_array).collect(),
         faces: triangles,
+        object_count: 1,
         polygons_fanned: 1,
         unread: None,
         skipped: None,

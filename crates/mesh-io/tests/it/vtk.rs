@@ -174,6 +174,7 @@ fn planted() -> Mesh {
     Mesh {
         positions,
         faces,
+        object_count: 1,
         polygons_fanned: 0,
         unread: None,
         skipped: None,

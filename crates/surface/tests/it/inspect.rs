@@ -141,7 +141,7 @@ fn vertices_that_are_not_welded_are_named() {
         findings.iter().map(Finding::to_string).filter(|text| text.contains("weld")).collect()
     };
     let (x, faces) = separate(&corners(), &TETRAHEDRON);
-    let seams = "12 boundary edges in the place of others (vertices are not welded), the first \
+    let seams = "12 boundary edges in the place of others (vertices are not welded: merge those at one place), the first \
         from vertex 0 to 1 at (0, 0.5, 0)";
     assert_eq!(words(&x, &faces), [seams]);
 
@@ -151,7 +151,7 @@ fn vertices_that_are_not_welded_are_named() {
     // One vertex is there twice, as where a texture is cut, with a coordinate of -0.
     let cut = [&corners()[..], &[DVec3::new(-0.0, -0.0, 1.0)]].concat();
     let torn = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 4]];
-    let text = "4 boundary edges in the place of others (vertices are not welded), the first \
+    let text = "4 boundary edges in the place of others (vertices are not welded: merge those at one place), the first \
         from vertex 0 to 3 at (0, 0, 0.5)";
     assert_eq!(words(&cut, &torn), [text]);
     let surface = TriangleSurface::new(5, torn.to_vec()).expect("valid");
