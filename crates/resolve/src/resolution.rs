@@ -190,8 +190,10 @@ pub enum Obstacle {
     /// One body is wholly inside the other.
     #[error("one is wholly inside the other: ignore the pair, or take one out")]
     Enclosed,
-    /// A body without an inside crosses the other: it has no side to be pushed to.
-    #[error("a surface without an inside is pierced: there is no side to push it to")]
+    /// A body without an inside crosses the other: it has no side to be pushed to, or no room on that side.
+    #[error(
+        "a surface without an inside is pierced: there is no side to push it to, or no room there"
+    )]
     Pierced,
     /// No face crosses another, and no vertex is inside: the surfaces share a volume where they
     /// coincide.

@@ -4,7 +4,10 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use mesh_io::{FieldFormat, Space};
+use musculo_collide::Progress;
 use musculo_collide::distance_field::{DistanceField, FieldMethod, FieldParams, Storage};
+use musculo_collide::kdop::Workspace;
+use musculo_collide::proximity::SurfaceTree;
 use musculo_collide::surface::mean_edge;
 
 use super::Finished;
@@ -184,8 +187,15 @@ impl FieldArguments {
             DistanceField::build(surface, x, &params, progress)
         });
         let field = field.map_err(|error| Failure::in_file(&self.input, error))?;
+        let refused = |error| Failure::in_file(&self.input, error);
+
+        // Faces within a body are as near as those around it.
+        let positions = x.as_slice().to_vec();
+        let tree = SurfaceTree::new(surface.clone(), positions).map_err(refused)?;
+        let crossings = tree.self_crossings(&mut Workspace::default(), Progress::none());
 
         let built = BuiltRecord {
+            self_crossings: crossings.map_or(0, |crossings| crossings.len()),
             vertices: surface.vertex_count(),
             faces: surface.faces().len(),
             params,

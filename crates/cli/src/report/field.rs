@@ -29,6 +29,8 @@ pub(crate) struct FieldRecord {
 pub(crate) struct BuiltRecord {
     pub(crate) vertices: usize,
     pub(crate) faces: usize,
+    /// Number of pairs of faces that cross each other.
+    pub(crate) self_crossings: usize,
     pub(crate) params: FieldParams,
     #[serde(flatten)]
     pub(crate) report: FieldReport,
@@ -80,13 +82,13 @@ impl FieldRecord {
             text += &format!("  storage    16 bits per node, in steps of {step}\n");
         }
         if let Some(built) = &self.built {
-            text += &report_text(&built.report);
+            text += &report_text(built);
         }
         text
     }
 }
 
-fn report_text(report: &FieldReport) -> String {
+fn report_text(BuiltRecord { report, self_crossings, .. }: &BuiltRecord) -> String {
     let mut text = error_text(report);
 
     // A sheet has no inside, whatever single nodes say.
@@ -97,8 +99,14 @@ fn report_text(report: &FieldReport) -> String {
         format!("  inside     volume {}\n", measure(report.inside_volume))
     };
 
-    if !report.warnings.is_empty() {
+    if !report.warnings.is_empty() || *self_crossings > 0 {
         text += "\nWarnings\n";
+    }
+    if *self_crossings > 0 {
+        let pairs = counted(*self_crossings, "pair");
+        text += &format!(
+            "  {pairs} of faces cross each other: distances inside are to all faces, also to those within the body\n"
+        );
     }
     for warning in &report.warnings {
         // The orientation of a sheet has no meaning.

@@ -1,6 +1,8 @@
 //! Fields of meshes: outputs, reports, refusals.
 
-use crate::support::{Workshop, tetrahedron};
+use crate::support::{Workshop, obj, tetrahedron};
+use fixtures::shapes::icosphere;
+use glam::DVec3;
 use serde_json::Value;
 
 fn workshop() -> Workshop {
@@ -8,6 +10,8 @@ fn workshop() -> Workshop {
     workshop.write("bone.obj", tetrahedron(0.0, 30.0));
     workshop.write("open.obj", tetrahedron(0.0, 30.0).replace("f 2 3 4\n", ""));
     workshop.write("turned.obj", tetrahedron(0.0, 30.0).replace("f 2 3 4\n", "f 2 4 3\n"));
+    let twins = icosphere(9.0, 2).joined(&icosphere(9.0, 2).translated(6.0 * DVec3::X));
+    workshop.write("twins.obj", obj(&twins));
     workshop.write("sheet.obj", "v 0 0 0\nv 30 0 0\nv 30 30 3\nv 0 30 0\nf 1 2 3\nf 1 3 4\n");
     workshop
 }
@@ -152,6 +156,7 @@ fn unreliable_fields_have_warnings() {
         (["turned.obj", "--spacing", "1"], "opposite orientations, at 3 misoriented edges"),
         (["sheet.obj", "--spacing", "1"], "inside     none: the surface is a sheet"),
         (["sheet.obj", "--spacing", "1"], "no part of the field is reliably negative"),
+        (["twins.obj", "--spacing", "1"], " pairs of faces cross each other: distances inside"),
         (["bone.obj", "--spacing", "12"], "the surface spans 2.50 cells"),
         (["bone.obj", "--spacing", "12"], "89 % of the surface bounds parts thinner than 18.00"),
     ];
