@@ -103,11 +103,12 @@ pub use glam;
 
 pub use crate::error::ResolveError;
 pub use crate::params::{
-    BodyStiffness, CellCorners, Conditions, FixedVertices, ResolveParams, Tie, WrittenPrecision,
+    BodyStiffness, CellCorners, Conditions, FixedVertices, ResolveParams, Tie, TiedVertices,
+    WrittenPrecision,
 };
 pub use crate::resolution::{
     BodyChange, BrokenLimit, DistanceBracket, GapObstacle, GapProof, GapRound, Obstacle, Remaining,
-    Resolution, ShortGap, TiedVertices,
+    Resolution, ShortGap,
 };
 pub use crate::resolver::{Resolver, resolve};
 pub use crate::round::Round;

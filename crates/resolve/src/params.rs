@@ -116,6 +116,21 @@ pub struct Tie {
     pub distance: f64,
 }
 
+/// Vertices of a [tie](Tie) at the start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct TiedVertices {
+    /// Body whose vertices are tied.
+    pub follower: BodyId,
+    /// Body that they keep their place to.
+    pub leader: BodyId,
+    /// Number of vertices that keep it.
+    pub tied: usize,
+    /// Number of vertices within the distance that do not: they are inside, or of faces that cross the other surface,
+    /// and come out.
+    pub crossing: usize,
+}
+
 /// Vertices of one body that stay where they are.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

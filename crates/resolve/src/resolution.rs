@@ -11,7 +11,7 @@ use crate::damage::self_crossings_at;
 use crate::near_pairs::{NearPair, NearPairs};
 use crate::round::Round;
 use crate::tissue::{Tissue, fitted_tree};
-use crate::{ResolveError, ResolveParams};
+use crate::{ResolveError, ResolveParams, TiedVertices};
 
 /// State of a scene before a round that opens the gap.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -70,21 +70,6 @@ pub struct ShortGap {
     pub distance: DistanceBracket,
     /// Reason why the pair is nearer.
     pub obstacle: GapObstacle,
-}
-
-/// Vertices of a [tie](crate::Tie) at the start.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct TiedVertices {
-    /// Body whose vertices are tied.
-    pub follower: BodyId,
-    /// Body that they keep their place to.
-    pub leader: BodyId,
-    /// Number of vertices that keep it.
-    pub tied: usize,
-    /// Number of vertices within the distance that do not: they are inside, or of faces that cross the other surface,
-    /// and come out.
-    pub crossing: usize,
 }
 
 /// Reason why a pair is nearer than the gap.
