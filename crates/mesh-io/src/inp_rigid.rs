@@ -128,10 +128,11 @@ impl<'a> RigidBodies<'a> {
                 }
             }
 
-            // Sets of a part are those of its instance.
+            // Sets of a part are those of its instance. Members of other bodies lead to none of this one.
             let is_same = |set: &&ListedSet<'_>| {
+                let is_here = is_own(&set.members) || set.members == SetOwner::Outside;
                 let same_owner = if is_of_body { is_own(&set.owner) } else { set.owner == owner };
-                same_owner && set.name == name
+                set.name == name && same_owner && is_here
             };
             for set in self.sets.iter().filter(is_same) {
                 let is_listed_here = is_own(&set.members);

@@ -13,7 +13,7 @@ pub(crate) struct TieRecord {
     b: String,
     /// Number of vertices that keep their place.
     tied: usize,
-    /// Number of vertices within the distance that come out of the other body.
+    /// Number of vertices within the distance that are not held, since they were in the other body or crossed it.
     crossing: usize,
 }
 
@@ -29,7 +29,7 @@ impl TieRecord {
         (*crossing > 0).then(|| {
             let (tied, all) = (grouped(*tied), grouped(tied + crossing));
             format!(
-                "{a} is tied to {b} by {tied} of {all} vertices: the others were in it or crossed it, and came out"
+                "{a} is tied to {b} by {tied} of {all} vertices: the others were in it or crossed it, and are not held"
             )
         })
     }
