@@ -71,6 +71,16 @@ pub(crate) fn record<'py>(
         }));
     }
 
+    let mut ties = Vec::new();
+    for tie in &found.ties {
+        ties.push(dict!(py, {
+            a: scene.body(tie.follower).name(),
+            b: scene.body(tie.leader).name(),
+            tied: tie.tied,
+            crossing: tie.crossing,
+        }));
+    }
+
     let pairs = |reports: &[musculo_collide::PairReport]| -> PyResult<Vec<Bound<'py, PyDict>>> {
         reports.iter().map(|report| pair(py, report, scene)).collect()
     };
@@ -78,6 +88,7 @@ pub(crate) fn record<'py>(
         resolved: found.resolved,
         rounds: found.rounds.len().saturating_sub(1),
         final_round: found.final_round,
+        is_continued: found.is_continued,
         before: pairs(&found.before)?,
         after: pairs(&found.after)?,
         bodies: bodies,
@@ -85,6 +96,7 @@ pub(crate) fn record<'py>(
         gap: found.gap.gap,
         short_gaps: short_gaps,
         broken_limits: broken_limits,
+        ties: ties,
         self_overlaps: self_overlaps,
     }))
 }

@@ -160,7 +160,10 @@ def test_tied_bodies_move_together():
     assert apart.check(margin=2.0)["tendon", "muscle"].distance >= 0.5
 
     # Tied bodies need no gap, and keep the one that they have.
-    assert tied.resolve(smoothing=40.0, gap=0.5, ties={("tendon", "muscle"): 1.0}).resolved
+    resolution = tied.resolve(smoothing=40.0, gap=0.5, ties={("tendon", "muscle"): 1.0})
+    assert resolution.resolved and not resolution.is_continued
+    (tie,) = resolution.ties
+    assert (tie.a, tie.b, tie.crossing) == ("tendon", "muscle", 0) and tie.tied > 0
     assert tied.check(margin=2.0)["tendon", "muscle"].distance == pytest.approx(0.1, abs=0.01)
     assert not np.array_equal(tied.vertices("tendon"), pressed_muscle().vertices("tendon"))
     for ties, message in (

@@ -21,9 +21,8 @@ use crate::text_nodes::TextNodes;
 use crate::volume::MeshElements;
 use crate::{FilePlace, ReadError};
 
-/// Keywords by which nodes or elements come from elsewhere, or coordinates belong to other axes.
-const GENERATING: [&str; 8] =
-    ["INCLUDE", "NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM"];
+/// Keywords by which nodes or elements come from elsewhere.
+const GENERATING: [&str; 7] = ["INCLUDE", "NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY"];
 
 /// Families of elements that are the mesh of a body, whose nodes are in one order: solids for stress, heat,
 /// mass diffusion, sound and several of these, and shells that are as thick as their elements.
@@ -104,6 +103,11 @@ pub(crate) fn parse_content<'a>(
         last = line.number;
         match block {
             Block::Nodes => reader.read_node(&line)?,
+            Block::Axes => {
+                return Err(
+                    INP.unsupported_on_line(line.number, "the axes of the keyword 'SYSTEM'")
+                );
+            }
             Block::OtherElements => reader.skip_element(&line),
             Block::Skipped => {}
             Block::Solids(solid) => reader.read_element(&line, solid.node_count(), block)?,
@@ -126,6 +130,8 @@ enum Block {
     Solids(Solid),
     /// Elements of a surface, of a number of nodes.
     Polygons(usize),
+    /// Axes that coordinates belong to; without lines, those of the model again.
+    Axes,
     /// Elements of a type that is no part of the mesh.
     OtherElements,
     Skipped,
@@ -158,6 +164,9 @@ impl InpReader {
         if keyword.is_any(&GENERATING) {
             let feature = format!("the keyword {}", quoted(&keyword.name));
             return Err(INP.unsupported_on_line(line, feature));
+        }
+        if keyword.is("SYSTEM") {
+            return Ok(Block::Axes);
         }
         if keyword.is("NODE") {
             check_parameters(keyword)?;

@@ -14,12 +14,12 @@ fn coordinates_and_elements_that_stand_elsewhere_are_refused() {
         let nodes = "1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n4, 0, 0, 1\n";
         format!("{node}\n{nodes}*Element, type=C3D4\n7, 1, 2, 3, 4\n{element}\n")
     };
-    for node in ["*Node", "*NODE, SYSTEM=R, NSET=all"] {
+    for node in ["*Node", "*NODE, SYSTEM=R, NSET=all", "*System\n** global\n*Node"] {
         assert!(parse(file(node, "").as_bytes()).is_ok(), "{node}");
     }
     for (node, element, feature) in [
         ("*Node, system = c", "", "the parameter 'SYSTEM=C' cannot be read"),
-        ("*System\n0, 0, 1\n*Node", "", "the keyword 'SYSTEM' cannot be read"),
+        ("*System\n0, 0, 1\n*Node", "", "line 2: the axes of the keyword 'SYSTEM' cannot be read"),
         ("*Node", "*Node, input=more.txt", "the parameter 'INPUT=MORE.TXT' cannot be read"),
         ("*Node", "*Element, type=C3D4, input=a", "the parameter 'INPUT=A' cannot be read"),
         ("*Node", "*Element, elset=a\n", "line 8: a line *ELEMENT without a type cannot be read"),

@@ -23,6 +23,7 @@ from .results import (
     Sweep,
     SweptContacts,
     SweptPair,
+    TiedVertices,
 )
 from .scene import Scene
 from .step import ContactStep, Material, StepReport
@@ -63,6 +64,7 @@ __all__ = [
     "Sweep",
     "SweptContacts",
     "SweptPair",
+    "TiedVertices",
     "Turn",
     "__version__",
     "from_trimesh",

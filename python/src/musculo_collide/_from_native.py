@@ -20,6 +20,7 @@ from .results import (
     Sweep,
     SweptContacts,
     SweptPair,
+    TiedVertices,
 )
 
 
@@ -66,6 +67,7 @@ def resolution_from(record: dict[str, Any]) -> Resolution:
     record["bodies"] = tuple(BodyChange(**body) for body in record["bodies"])
     record["remaining"] = tuple(Remaining(**left) for left in record["remaining"])
     record["broken_limits"] = tuple(BrokenLimit(**broken) for broken in record["broken_limits"])
+    record["ties"] = tuple(TiedVertices(**tie) for tie in record["ties"])
     record["self_overlaps"] = tuple(record["self_overlaps"])
     record["short_gaps"] = tuple(ShortGap(**short) for short in record["short_gaps"])
     return Resolution(**record)

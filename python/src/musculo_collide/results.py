@@ -434,6 +434,19 @@ class BrokenLimit(Record):
     """Crossing pairs of its own faces, beyond their number at the start."""
 
 
+@dataclass(frozen=True, eq=False)
+class TiedVertices(Record):
+    """Vertices of a tie at the start."""
+
+    a: str
+    """Body whose vertices are tied."""
+    b: str
+    """Body that they keep their place to."""
+    tied: int
+    crossing: int
+    """Vertices within the distance that are not held, since they were in the other body or crossed it."""
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Resolution(Record):
     """Result of overlap removal."""
@@ -442,6 +455,8 @@ class Resolution(Record):
     rounds: int
     final_round: int
     """Round whose state was kept."""
+    is_continued: bool
+    """True if bodies come from where the last state displaced them to."""
     before: Pairs
     after: Pairs
     bodies: tuple[BodyChange, ...]
@@ -452,6 +467,8 @@ class Resolution(Record):
     """Pairs that are not proved to keep it, the nearest first."""
     broken_limits: tuple[BrokenLimit, ...]
     """Bodies that the best state brings beyond their limits: the scene then has an earlier one."""
+    ties: tuple[TiedVertices, ...]
+    """Vertices that ties hold, and those that they do not."""
     self_overlaps: tuple[str, ...]
     """Bodies that were to be uncrossed and still cross themselves."""
 
