@@ -146,7 +146,9 @@ impl FileParts {
         for part in parts() {
             if let Some(feature) = &part.unsupported {
                 let part = quoted(&part.name);
-                return Err(self.format.unsupported(format!("the part {part} with {feature}")));
+                let unread =
+                    format!("the part {part} with {feature}, which a scene file may leave out,");
+                return Err(self.format.unsupported(unread));
             }
             whole.add(part, index(of_part(part).start - nodes.start)?);
         }

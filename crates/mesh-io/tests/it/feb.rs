@@ -276,11 +276,13 @@ fn refusals_name_parts_and_places() {
         ),
         (
             refusal(MODEL.to_owned(), &["muscle", "pyramid"]),
-            "elements of type 'pyra5' cannot be read".to_owned(),
+            "elements of type 'pyra5', which a scene file may leave out, cannot be read".to_owned(),
         ),
         (
             refusal(MODEL.to_owned(), &["muscle", "pyramid"]),
-            "FEB file: the part 'pyramid' with elements of type 'pyra5' cannot be read".to_owned(),
+            "FEB file: the part 'pyramid' with elements of type 'pyra5', which a scene file may \
+             leave out, cannot be read"
+                .to_owned(),
         ),
         (muscle("1,1,0<", "1,1<"), byte("1,1,0<") + "a node needs three coordinates"),
         (muscle("1,1,0<", "1,x,0<"), byte("1,1,0<") + "'x' is not a number"),

@@ -4,6 +4,7 @@ mod element_surfaces;
 mod feb;
 mod fields;
 mod inp_parts;
+mod inp_rigid;
 mod legacy;
 mod limits;
 mod meshes;
