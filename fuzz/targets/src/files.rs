@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use mesh_io::{
     FieldFormat, Mesh, MeshFormat, ReadError, move_nodes, parse_mesh, parse_parts,
-    replace_positions,
+    replace_positions, set_names, tie_names,
 };
 use surface::{SurfaceError, TriangleSurface, inspect};
 
@@ -40,6 +40,11 @@ pub fn mesh(bytes: &[u8]) -> bool {
     {
         check_written(&mesh, format);
     }
+    // Surface elements of sets are not read with the solids of a whole file.
+    let sets = set_names(rest, extension).unwrap_or_default();
+    if !sets.is_empty() {
+        check_parts(rest, extension, &sets);
+    }
     let surface = TriangleSurface::new(mesh.positions.len(), mesh.faces).expect("valid corners");
     match surface.positions(&mesh.positions) {
         Ok(x) => {
@@ -59,6 +64,7 @@ pub fn mesh(bytes: &[u8]) -> bool {
 /// Checks that all parts of a file are meshes with valid corners, or refused, and that the file stays as it is where
 /// none of its nodes moves.
 fn check_parts(file: &[u8], extension: &str, known: &[String]) {
+    let _ = tie_names(file, extension);
     for part in known {
         let Ok(meshes) = parse_parts(file, extension, &[std::slice::from_ref(part)]) else {
             continue;

@@ -417,10 +417,15 @@ fn parts_are_repeated_within_limits() {
 
 #[test]
 fn damaged_models_never_panic() {
+    let rigid =
+        "*Elset, elset=s, generate\n1, 9, 2\n*Elset, elset=t\ns, 4\n*Rigid Body, elset=t\n*Tie\n";
+    let rigid = FLAT.to_owned() + rigid;
+    let files = [(MODEL, ["muscle"]), (MODEL, ["femur"]), (FLAT, ["upper"]), (&rigid, ["upper"])];
     let mut random = Random(22);
     for round in 0..ROUNDS {
-        let (file, parts) = [(MODEL, ["muscle"]), (MODEL, ["femur"]), (FLAT, ["upper"])][round % 3];
+        let (file, parts) = files[round % files.len()];
         let file = damaged(file.as_bytes(), &mut random);
+        let _ = (set_names(&file, "inp"), tie_names(&file, "inp"));
         let Ok(meshes) = parse_parts(&file, "inp", &[&names(&parts)]) else { continue };
         let in_range = |&vertex: &u32| (vertex as usize) < meshes[0].positions.len();
         assert!(meshes[0].faces.iter().flatten().all(in_range), "round {round}");
