@@ -206,7 +206,14 @@ fn refusals(report: &PairReport, scene: &Scene) -> Vec<String> {
         let by_parity = vertices[side].inside_count.err();
         let by_winding = tree.and_then(|tree| tree.has_winding_number().err());
         let by_winding = by_winding.filter(|_| report.overlaps);
-        if let Some(reason) = by_parity {
+        let other = scene.body(report.pair.bodies()[1 - side]).name();
+        let surrounds = vertices[side].near.iter().any(|near| near.gap < 0.0);
+        if let Some(reason) = by_parity.filter(|_| surrounds) {
+            refusals.push(format!(
+                "'{name}' surrounds '{other}', and its inside is undefined ({reason}): close it, or give it the kind \
+                 'open' where it is a sheet"
+            ));
+        } else if let Some(reason) = by_parity {
             refusals.push(format!("the inside of '{name}' is undefined: {reason}"));
         } else if let Some(reason) = by_winding {
             refusals.push(no_measures(name, reason));

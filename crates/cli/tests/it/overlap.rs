@@ -117,6 +117,10 @@ fn what_lies_in_a_body_with_a_hole_overlaps_it() {
     let hollow = damage::hole(icosphere(10.0, 3), 10.0 * DVec3::X, 2.0);
     let (table, pair) = check(&hollow, &icosphere(2.0, 2));
     assert!(table.contains("≥ ") && table.contains(" by at least "), "{table}");
+    assert!(
+        table.contains("'a' surrounds 'b', and its inside is undefined (no inside: "),
+        "{table}"
+    );
     assert_eq!(pair["overlaps"], true, "{pair}");
     assert_eq!(pair["vertices_of_b_inside_a"], Value::Null, "{pair}");
     assert!(pair["max_vertex_depth"].as_f64().expect("a depth") > 7.9, "{pair}");
