@@ -17,7 +17,8 @@ use crate::{NearVertex, NoInside, SurfaceTree};
 
 /// Proximity of two surfaces in one state, in memory that is reused from pair to pair.
 ///
-/// Exact: which faces cross, and which vertices are inside. Right up to rounding: distances.
+/// Exact: which faces cross, and which vertices are inside. Right up to rounding: distances, and what a surface with holes
+/// surrounds.
 #[derive(Debug, Default)]
 pub struct PairProximity {
     workspace: Workspace,
