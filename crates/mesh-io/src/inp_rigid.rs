@@ -119,31 +119,23 @@ impl<'a> RigidBodies<'a> {
             if is_of_others || !seen.insert((owner.clone(), name.clone())) {
                 continue;
             }
-            if let (SetOwner::Outside, Some((instance, member))) = (&owner, name.split_once('.')) {
-                let instance = SetOwner::instance(instance);
-                match number::<u64>(member.as_bytes()) {
-                    Some(number) if is_own(&instance) => elements.numbers.push(number..=number),
-                    Some(_) => {}
-                    None => open.push((instance, member.to_owned())),
+
+            // Members of other bodies lead to none of this one.
+            let mut members = Vec::new();
+            if owner == SetOwner::Outside {
+                members.extend(dotted_member(&name));
+            }
+            for set in self.sets_of(&owner, &name, &is_own) {
+                if is_own(&set.members) || set.members == SetOwner::Outside {
+                    let own = set.members()?.into_iter();
+                    members.extend(own.map(|member| (set.members.clone(), member)));
                 }
             }
-
-            // Sets of a part are those of its instance. Members of other bodies lead to none of this one.
-            let is_same = |set: &&ListedSet<'_>| {
-                let is_here = is_own(&set.members) || set.members == SetOwner::Outside;
-                let same_owner = if is_of_body { is_own(&set.owner) } else { set.owner == owner };
-                set.name == name && same_owner && is_here
-            };
-            for set in self.sets.iter().filter(is_same) {
-                let is_listed_here = is_own(&set.members);
-                for member in set.members()? {
-                    match member {
-                        Member::Set(name) => open.push((set.members.clone(), name)),
-                        Member::Numbers(range, step) if is_listed_here => {
-                            elements.push(range, step);
-                        }
-                        Member::Numbers(..) => {}
-                    }
+            for (owner, member) in members {
+                match member {
+                    Member::Set(name) => open.push((owner, name)),
+                    Member::Numbers(range, step) if is_own(&owner) => elements.push(range, step),
+                    Member::Numbers(..) => {}
                 }
             }
             if is_of_body {
@@ -153,6 +145,30 @@ impl<'a> RigidBodies<'a> {
         elements.merge();
         Ok(elements)
     }
+
+    /// Returns the listed sets of a name: of a body, those of all that belongs to it, as a part does to its instance.
+    fn sets_of(
+        &self,
+        owner: &SetOwner,
+        name: &str,
+        is_own: &impl Fn(&SetOwner) -> bool,
+    ) -> impl Iterator<Item = &ListedSet<'a>> {
+        let is_of_body = is_own(owner);
+        let is_same = move |set: &&ListedSet<'_>| {
+            set.name == name && if is_of_body { is_own(&set.owner) } else { set.owner == *owner }
+        };
+        self.sets.iter().filter(is_same)
+    }
+}
+
+/// Returns the element or set of an instance that a name of the assembly is.
+fn dotted_member(name: &str) -> Option<(SetOwner, Member)> {
+    let (instance, member) = name.split_once('.')?;
+    let member = match number(member.as_bytes()) {
+        Some(number) => Member::Numbers(number..=number, 1),
+        None => Member::Set(member.to_owned()),
+    };
+    Some((SetOwner::instance(instance), member))
 }
 
 impl ListedSet<'_> {

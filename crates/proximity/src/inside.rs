@@ -4,6 +4,11 @@
 //! corners are on the same side. Faces joined by corners thus form regions, and one ray decides
 //! for a whole region. This is exact where the predicates are: faces that touch or cross the
 //! other surface join nothing, and vertices that only such faces have are decided one by one.
+//!
+//! Parity is undefined for a surface with holes. What it surrounds as a whole is inside by winding numbers.
+//!
+//! Source: A. Jacobson, L. Kavan and O. Sorkine-Hornung, "Robust inside-outside segmentation using generalized
+//! winding numbers", ACM Transactions on Graphics 32(4), 2013, for these.
 
 use glam::DVec3;
 use kdop::{Axis, Dop18, Workspace};
@@ -25,8 +30,8 @@ impl SurfaceTree {
         is_odd && !self.is_on_surface(point, workspace)
     }
 
-    /// Returns true if the surface surrounds another one that it does not meet, though it has holes: by the winding
-    /// numbers of vertices, which are 1 but for the part of all directions that a hole takes.
+    /// Returns true if the surface surrounds another one that it does not meet, though it has holes: by the generalized
+    /// winding numbers of vertices, which are 1 but for the part of all directions that a hole takes.
     pub(crate) fn surrounds(&self, other: &Self) -> bool {
         /// Number of vertices that are tested, all over the other surface. With more, some that reach out of a hole by
         /// little are left out.

@@ -2,7 +2,8 @@
 //!
 //! Where the four nodes of a corner are on the surface, no place of the nodes inside keeps the cell from being inverted
 //! once the corner is. Such corners are held open as bodies are held apart: the vertex stays over the plane of the
-//! other three.
+//! other three. The gradient of its height is that of the distance of a vertex from a face, or of two edges, by the
+//! barycentric coordinates of its foot.
 
 use glam::DVec3;
 use surface::{Contact, ContactSide, Term};

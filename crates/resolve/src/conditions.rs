@@ -5,6 +5,7 @@
 //! cross it, follow their closest points on it, as they were at the start. Where the first body is
 //! rigid, vertices of the second follow the first.
 
+use glam::DVec3;
 use kdop::Workspace;
 use response::{ParameterError, positive};
 use scene::{BodyId, PairId, Scene, SceneError};
@@ -144,7 +145,6 @@ impl Conditions {
         near: &NearPairs,
     ) -> Result<(Vec<TieBond>, Vec<TiedVertices>), ResolveError> {
         let (mut bonds, mut counts) = (Vec::new(), Vec::new());
-        let workspace = &mut Workspace::default();
         for Tie { bodies: [a, b], distance } in &self.ties {
             let name = scene.get(*a)?.name();
             scene.get(*b)?;
@@ -153,41 +153,61 @@ impl Conditions {
             }
             let first_is_rigid = tissues[a.index()].is_rigid;
             let (follower, leader) = if first_is_rigid { (*b, *a) } else { (*a, *b) };
-            let own = fitted_tree(scene.body(follower));
-            let other = fitted_tree(scene.body(leader));
-            let crosses = near.crossing_vertices(follower, leader, own.surface());
-            let outward = |face: u32| {
-                let normal = triangle::unit_normal(scene.body(leader).corners(face));
-                tissues[leader.index()].orientation() * normal
-            };
-            let (mut hint, mut is_found) = (None, false);
-            let mut count = TiedVertices { follower, leader, tied: 0, crossing: 0 };
-            for (vertex, &x) in (0..).zip(own.positions().as_slice()) {
-                let found = other.closest_point(x, *distance, hint, workspace);
-                if let Some(closest) = found {
-                    hint = Some(closest.face);
-                    is_found = true;
-                    let away = x - closest.foot.point;
-                    let faces_away = tissues[follower.index()].outward(vertex).dot(away) > 0.0;
-                    if faces_away || crosses.contains(&vertex) {
-                        let comes_out = !faces_away || away.dot(outward(closest.face)) < 0.0;
-                        count.crossing += usize::from(comes_out);
-                        continue;
-                    }
-                    count.tied += 1;
-                    let corners = other.surface().faces()[closest.face as usize];
-                    let weights = closest.foot.barycentric;
-                    bonds.push(TieBond { follower, vertex, leader, corners, weights });
-                }
-            }
+            let sides = TieSides { scene, tissues, near, follower, leader };
 
             // A tie that holds nothing would take the gap from its pair, and give nothing for it.
-            if !is_found {
+            let Some(count) = sides.bind(*distance, &mut bonds) else {
                 let [a, b] = [*a, *b].map(|id| scene.body(id).name().to_owned());
                 return Err(ResolveError::NothingTied { a, b, distance: *distance });
-            }
+            };
             counts.push(count);
         }
         Ok((bonds, counts))
+    }
+}
+
+/// Bodies of a tie, before any has moved.
+struct TieSides<'a> {
+    scene: &'a Scene,
+    tissues: &'a [Tissue],
+    near: &'a NearPairs,
+    follower: BodyId,
+    leader: BodyId,
+}
+
+impl TieSides<'_> {
+    /// Adds the bonds of vertices that face the leader within a distance; returns how many vertices these are, `None`
+    /// where none is within it.
+    fn bind(&self, distance: f64, bonds: &mut Vec<TieBond>) -> Option<TiedVertices> {
+        let Self { scene, tissues, follower, leader, .. } = *self;
+        let [own, other] = [follower, leader].map(|id| fitted_tree(scene.body(id)));
+        let crosses = self.near.crossing_vertices(follower, leader, own.surface());
+        let workspace = &mut Workspace::default();
+        let (mut hint, mut count) = (None, TiedVertices { follower, leader, tied: 0, crossing: 0 });
+        for (vertex, &x) in (0..).zip(own.positions().as_slice()) {
+            let found = other.closest_point(x, distance, hint, workspace);
+            let Some(closest) = found else { continue };
+            hint = Some(closest.face);
+            let away = x - closest.foot.point;
+            let faces_away = tissues[follower.index()].outward(vertex).dot(away) > 0.0;
+
+            // What is inside or crosses comes out; an outer side that faces away outside is left.
+            if faces_away || crosses.contains(&vertex) {
+                let comes_out = !faces_away || self.is_inside(closest.face, away);
+                count.crossing += usize::from(comes_out);
+                continue;
+            }
+            count.tied += 1;
+            let corners = other.surface().faces()[closest.face as usize];
+            let weights = closest.foot.barycentric;
+            bonds.push(TieBond { follower, vertex, leader, corners, weights });
+        }
+        hint.map(|_| count)
+    }
+
+    /// Returns true if the way from the closest point of a face leads into the leader.
+    fn is_inside(&self, face: u32, away: DVec3) -> bool {
+        let normal = triangle::unit_normal(self.scene.body(self.leader).corners(face));
+        away.dot(self.tissues[self.leader.index()].orientation() * normal) < 0.0
     }
 }

@@ -58,7 +58,7 @@ pub(crate) struct Run<'a> {
     /// Longest way out of a contact in the first round.
     pub(crate) longest_way: f64,
     /// Displacement that is within limits in any case: the smoothing length that was asked for, also where
-    /// pushes are longer.
+    /// pushes are longer, or what was carried from the last state, and what is left to do from there.
     pub(crate) allowed_displacement: f64,
     /// True if the rounds begin with carried displacements.
     pub(crate) is_warm: bool,
