@@ -8,6 +8,7 @@ use surface::parallel;
 use surface::progress::{Interrupted, Progress};
 
 use crate::damage::self_crossings_at;
+use crate::exempt::is_surrounded;
 use crate::near_pairs::{NearPair, NearPairs};
 use crate::round::Round;
 use crate::tissue::{Tissue, fitted_tree};
@@ -355,7 +356,7 @@ fn covers_twice(report: &PairReport) -> bool {
 /// Returns true if no face crosses, and all vertices of one body are inside the other.
 fn is_enclosed(scene: &Scene, report: &PairReport) -> bool {
     let sides = [(report.pair.a, &report.a_against_b), (report.pair.b, &report.b_against_a)];
-    let mut encloses = false;
+    let mut encloses = is_surrounded(report);
     for (id, side) in sides {
         encloses |= side.inside_count == Ok(scene.body(id).positions().len());
     }

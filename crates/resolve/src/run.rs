@@ -121,6 +121,7 @@ impl<'a> Run<'a> {
             None => check(scene, margin, params.tolerance, start)?,
         };
         scene.fit_all()?;
+        let exempt = &exempt.with_surrounded(&before);
         let mut near = NearPairs::new(scene, exempt);
         near.adopt(scene, &before, margin, start)?;
 

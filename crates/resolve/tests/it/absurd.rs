@@ -1,15 +1,15 @@
 //! Scenes that have no solution, each answered with the reason.
 
-use fixtures::{Mesh, shapes};
+use fixtures::{Mesh, damage, shapes};
 use glam::DVec3;
 use resolve::{
     Conditions, FixedVertices, GapObstacle, Obstacle, Resolution, ResolveError, ResolveParams,
     Resolver, Tie,
 };
-use scene::{BodyKind, Scene, SceneError};
+use scene::{BodyKind, PairId, Scene, SceneError};
 use surface::progress::Progress;
 
-use crate::{PARAMS, scene_of};
+use crate::{PARAMS, resolve, scene_of};
 
 const WITH_GAP: ResolveParams = ResolveParams { gap: 0.05, max_rounds: 12, ..PARAMS };
 
@@ -212,5 +212,31 @@ fn no_state_is_kept_in_which_faces_are_deeper_than_at_the_start() {
     for overlap in resolution.after.iter().filter(|report| report.overlaps) {
         let depth = overlap.max_depth().expect("closed bodies");
         assert!((depth.lower - 0.92).abs() < 1e-9 && depth.upper < 0.93, "{depth:?}");
+    }
+}
+
+/// A skin that is open at one end holds a muscle that overlaps a bone: nothing shows that the skin is no solid, and
+/// nothing is pushed out of it.
+#[test]
+fn what_a_surface_with_holes_surrounds_stays_in_it() {
+    let skin = damage::hole(shapes::icosphere(30.0, 3), 30.0 * DVec3::X, 10.0);
+    let muscle = shapes::icosphere(5.0, 3).translated(9.0 * DVec3::X);
+    let mut scene = scene_of([
+        ("skin", BodyKind::Deformable, skin.clone()),
+        ("bone", BodyKind::Rigid, shapes::icosphere(5.0, 3)),
+        ("muscle", BodyKind::Deformable, muscle),
+    ]);
+    let [skin_id, bone, muscle] =
+        ["skin", "bone", "muscle"].map(|name| scene.find(name).expect("a body"));
+    let end = resolve(&mut scene);
+    assert!(!end.resolved, "the skin has both in it");
+    assert_eq!(scene.body(skin_id).positions(), &skin.positions[..], "it stays");
+    let change = end.bodies[muscle.index()].max_displacement;
+    assert!(change > 0.5 && change < 2.0, "{change}: off the bone, not out of the skin");
+    let left = |pair: PairId| end.remaining.iter().find(|left| left.pair == pair);
+    assert!(left(PairId::new(bone, muscle)).is_none_or(|left| left.depth.lower < 0.06));
+    for body in [bone, muscle] {
+        let obstacle = left(PairId::new(skin_id, body)).map(|left| left.obstacle);
+        assert_eq!(obstacle, Some(Obstacle::Enclosed), "{body:?}");
     }
 }
