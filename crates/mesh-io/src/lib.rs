@@ -56,6 +56,8 @@ mod inp_tests;
 mod mesh;
 mod mesh_format;
 mod msh;
+mod msh_elements;
+mod msh_groups;
 mod nrrd;
 mod obj;
 mod off;

@@ -152,6 +152,26 @@ impl Polygons {
         nodes
     }
 
+    /// Counts those with a corner that is a node of no cell, as elements of a type, or by their corners.
+    pub(crate) fn count_apart(
+        &self,
+        is_of_cell: &[bool],
+        kind: Option<&str>,
+        skipped: &mut SkippedElements,
+    ) {
+        let is_apart = |corner: &i64| {
+            let node = usize::try_from(*corner).ok();
+            !node.and_then(|node| is_of_cell.get(node)).copied().unwrap_or_default()
+        };
+        for corners in self.iter().filter(|corners| corners.iter().any(is_apart)) {
+            skipped.add(kind.unwrap_or(match corners.len() {
+                3 => "triangle",
+                4 => "quadrilateral",
+                _ => "polygon",
+            }));
+        }
+    }
+
     pub(crate) fn push(&mut self, corners: impl IntoIterator<Item = i64>) {
         self.corners.extend(corners);
         self.ends.push(self.corners.len());
@@ -263,24 +283,10 @@ fn apart_from(
         }
     }
 
-    let is_apart = |corners: &[i64]| {
-        corners.iter().any(|&corner| {
-            let node = usize::try_from(corner).ok();
-            !node.and_then(|node| is_of_cell.get(node)).copied().unwrap_or_default()
-        })
-    };
     let mut skipped = SkippedElements::default();
-    for corners in polygons.iter().filter(|corners| is_apart(corners)) {
-        skipped.add(match corners.len() {
-            3 => "triangle",
-            4 => "quadrilateral",
-            _ => "polygon",
-        });
-    }
+    polygons.count_apart(&is_of_cell, None, &mut skipped);
     for (kind, polygons) in others {
-        for _ in polygons.iter().filter(|corners| is_apart(corners)) {
-            skipped.add(kind);
-        }
+        polygons.count_apart(&is_of_cell, Some(kind), &mut skipped);
     }
     skipped
 }

@@ -181,13 +181,21 @@ pub fn parse_parts(
             bodies.iter().map(|parts| model.mesh(parts)).collect()
         }
         FileFormat::Inp if has_names => inp_model::parse_parts(content, bodies),
+        FileFormat::Msh if has_names => {
+            let parts = msh::parse_groups(content)?.parts;
+            let mesh = |names: &&[String]| match names {
+                [] => msh::parse(content),
+                names => parts.mesh(names),
+            };
+            bodies.iter().map(mesh).collect()
+        }
         _ if has_names => Err(ReadError::NoParts),
         _ => bodies.iter().map(|_| parse_mesh(bytes, extension)).collect(),
     }
 }
 
 /// Returns the names of the element sets that are meshes, of an Abaqus file that is one body unless they are named as
-/// its parts; none of other files.
+/// its parts, and of the physical groups of a Gmsh file likewise; none of other files.
 ///
 /// # Errors
 ///
@@ -196,6 +204,7 @@ pub fn set_names(bytes: &[u8], extension: &str) -> Result<Vec<String>, ReadError
     let (_, content) = split_mark(bytes);
     match FileFormat::recognize(content, extension)? {
         FileFormat::Inp => inp_model::set_names(content),
+        FileFormat::Msh => Ok(msh::parse_groups(content)?.parts.names()),
         _ => Ok(Vec::new()),
     }
 }
@@ -228,6 +237,7 @@ pub fn nodes_by_part(
     match FileFormat::recognize(content, extension)? {
         FileFormat::Feb => Ok(feb::parse(content)?.nodes_by_part()),
         FileFormat::Inp => Ok(InpModel::read(content)?.nodes_by_part()),
+        FileFormat::Msh => Ok(msh::parse_groups(content)?.parts.nodes_by_part()),
         _ => Ok(BTreeMap::new()),
     }
 }
@@ -250,7 +260,8 @@ pub fn instances_by_part(
 }
 
 /// Returns the names of the parts that are meshes, none in a format without parts, and of an Abaqus file that is one
-/// body: with one part or instance, or with element sets alone, each of which can be named as a part.
+/// body: with one part or instance, or with element sets alone, each of which can be named as a part. Those of a Gmsh
+/// file are its physical groups, where there are several with no element in two of them.
 ///
 /// # Errors
 ///
@@ -260,6 +271,7 @@ pub fn part_names(bytes: &[u8], extension: &str) -> Result<Vec<String>, ReadErro
     match FileFormat::recognize(content, extension)? {
         FileFormat::Feb => Ok(feb::parse(content)?.names()),
         FileFormat::Inp => inp_model::part_names(content),
+        FileFormat::Msh => Ok(msh::parse_groups(content)?.names_of_bodies()),
         _ => Ok(Vec::new()),
     }
 }

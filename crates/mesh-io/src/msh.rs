@@ -4,88 +4,44 @@
 //! This reader is not a crate's, because places matter: nodes keep their order, and a file is
 //! written again with other coordinates and all else as it was. Points and lines are skipped, and so are
 //! surface elements where there are solids, which are counted where they stand apart from these; other
-//! elements are refused.
+//! elements are refused. Physical groups are parts, in a module of their own.
 //!
 //! Source: C. Geuzaine and J.-F. Remacle, "Gmsh reference manual", section "MSH file format".
 
 use std::collections::BTreeMap;
 
-use crate::error::Format;
 use crate::mesh::{Mesh, Polygons};
-use crate::solid::{NumberedCells, Solid};
+use crate::msh_elements::{
+    CURVED_SURFACES, MSH, MshElement, QUADRILATERAL, TRIANGLE, WITHOUT_VOLUME, solid,
+};
+use crate::msh_groups::{MshGroups, MshParts};
+use crate::solid::NumberedCells;
 use crate::text::{Line, Lines, number, placed_words, quoted};
 use crate::text_nodes::TextNodes;
 use crate::volume::MeshElements;
 use crate::{FilePlace, ReadError};
 
-const MSH: Format = Format {
-    name: "MSH",
-    remedy: "save it as text in version 4.1 or 2.2, with tetrahedra, wedges and hexahedra, or linear \
-             triangles and quadrilaterals",
-};
-
-/// Numbers of element types without volume: points, lines and surfaces of any order.
-const WITHOUT_VOLUME: [u64; 18] =
-    [1, 2, 3, 8, 9, 10, 15, 16, 20, 21, 22, 23, 24, 25, 26, 27, 28, 36];
-
-/// Numbers of element types of surfaces that are not linear.
-const CURVED_SURFACES: [u64; 10] = [9, 10, 16, 20, 21, 22, 23, 24, 25, 36];
-
-/// Number of the element type of linear triangles.
-const TRIANGLE: u64 = 2;
-
-/// Number of the element type of linear quadrilaterals.
-const QUADRILATERAL: u64 = 3;
-
-/// Edges of a quadratic tetrahedron in the order of Gmsh.
-const TETRAHEDRON_EDGES: [[usize; 2]; 6] = [[0, 1], [1, 2], [2, 0], [3, 0], [2, 3], [1, 3]];
-
-/// Edges of a quadratic wedge, likewise.
-const WEDGE_EDGES: [[usize; 2]; 9] =
-    [[0, 1], [0, 2], [0, 3], [1, 2], [1, 4], [2, 5], [3, 4], [3, 5], [4, 5]];
-
-/// Edges of a quadratic hexahedron, likewise.
-const HEXAHEDRON_EDGES: [[usize; 2]; 12] = [
-    [0, 1],
-    [0, 3],
-    [0, 4],
-    [1, 2],
-    [1, 5],
-    [2, 3],
-    [2, 6],
-    [3, 7],
-    [4, 5],
-    [4, 7],
-    [5, 6],
-    [6, 7],
-];
-
-/// Returns the solid of an element type.
-fn solid(kind: u64) -> Option<Solid> {
-    match kind {
-        4 => Some(Solid::TETRAHEDRON),
-        5 => Some(Solid::HEXAHEDRON),
-        6 => Some(Solid::WEDGE),
-        11 => Some(Solid::TETRAHEDRON.with_edges(&TETRAHEDRON_EDGES)),
-        17 => Some(Solid::HEXAHEDRON.with_edges(&HEXAHEDRON_EDGES)),
-        18 => Some(Solid::WEDGE.with_edges(&WEDGE_EDGES)),
-        _ => None,
-    }
-}
-
 /// Reads the nodes and elements of an MSH file.
 pub(crate) fn parse(bytes: &[u8]) -> Result<Mesh, ReadError> {
-    let mut content = parse_content(bytes, MeshElements::Cells)?;
+    let mut content = MshContent::default().read(bytes)?;
     if content.cells.is_empty() {
-        content = parse_content(bytes, MeshElements::Polygons)?;
+        let elements = MeshElements::Polygons;
+        content = MshContent { elements, ..MshContent::default() }.read(bytes)?;
     }
     let MshContent { nodes, cells, polygons, curved, .. } = content;
     Mesh::of_elements(nodes.numbered, cells, &polygons, &curved)
 }
 
+/// Reads the nodes and the physical groups.
+pub(crate) fn parse_groups(bytes: &[u8]) -> Result<MshParts, ReadError> {
+    let content = MshContent { groups: Some(MshGroups::new()), ..MshContent::default() };
+    let MshContent { nodes, groups, .. } = content.read(bytes)?;
+    Ok(groups.unwrap_or_else(MshGroups::new).into_parts(nodes))
+}
+
 /// Reads the nodes with the places of their coordinates.
 pub(crate) fn parse_nodes(bytes: &[u8]) -> Result<TextNodes, ReadError> {
-    Ok(parse_content(bytes, MeshElements::Cells)?.nodes)
+    Ok(MshContent::default().read(bytes)?.nodes)
 }
 
 /// Nodes and elements of a file.
@@ -97,26 +53,8 @@ struct MshContent {
     polygons: Polygons,
     /// Elements of curved surfaces beside cells, per type.
     curved: BTreeMap<String, Polygons>,
-}
-
-fn parse_content(bytes: &[u8], elements: MeshElements) -> Result<MshContent, ReadError> {
-    let mut lines = Lines::new(bytes);
-    let mut content = MshContent { elements, ..MshContent::default() };
-    let mut is_blocked = false;
-
-    // Sections in the order of the file; those without nodes or elements are skipped.
-    while let Some(line) = lines.next() {
-        match line.text.trim_ascii() {
-            b"$MeshFormat" => is_blocked = read_format(&mut lines)?,
-            b"$Nodes" if is_blocked => content.read_node_blocks(&mut lines)?,
-            b"$Nodes" => content.read_nodes(&mut lines)?,
-            b"$Elements" if is_blocked => content.read_element_blocks(&mut lines)?,
-            b"$Elements" => content.read_elements(&mut lines)?,
-            b"$ParametricNodes" => return Err(MSH.unsupported("parametric nodes")),
-            _ => {}
-        }
-    }
-    Ok(content)
+    /// Physical groups that have the elements instead, where they are wanted.
+    groups: Option<MshGroups>,
 }
 
 /// Reads version and kind; true stands for version 4.1, whose nodes and elements are in blocks.
@@ -135,6 +73,75 @@ fn read_format(lines: &mut Lines<'_>) -> Result<bool, ReadError> {
 }
 
 impl MshContent {
+    /// Reads the sections in the order of the file; those without nodes or elements are skipped.
+    fn read(mut self, bytes: &[u8]) -> Result<Self, ReadError> {
+        let mut lines = Lines::new(bytes);
+        let mut is_blocked = false;
+        while let Some(line) = lines.next() {
+            match line.text.trim_ascii() {
+                b"$MeshFormat" => is_blocked = read_format(&mut lines)?,
+                b"$PhysicalNames" => self.read_group_names(&mut lines)?,
+                b"$Entities" => self.read_entities(&mut lines)?,
+                b"$Nodes" if is_blocked => self.read_node_blocks(&mut lines)?,
+                b"$Nodes" => self.read_nodes(&mut lines)?,
+                b"$Elements" if is_blocked => self.read_element_blocks(&mut lines)?,
+                b"$Elements" => self.read_elements(&mut lines)?,
+                b"$ParametricNodes" => return Err(MSH.unsupported("parametric nodes")),
+                _ => {}
+            }
+        }
+        Ok(self)
+    }
+
+    /// Reads the names of physical groups, where these are wanted.
+    fn read_group_names(&mut self, lines: &mut Lines<'_>) -> Result<(), ReadError> {
+        let Some(groups) = &mut self.groups else { return Ok(()) };
+        let [count] = counts(&needed(lines)?)?;
+        for _ in 0..count {
+            let line = needed(lines)?;
+            let text = String::from_utf8_lossy(line.text);
+            let parts = text.split_once('"').zip(text.rsplit_once('"'));
+            let Some(((key, _), (named, _))) =
+                parts.filter(|((key, _), (named, _))| named.len() > key.len())
+            else {
+                return Err(MSH.on_line(line.number, "a physical name stands in quotation marks"));
+            };
+            let mut words = key.split_ascii_whitespace().map(str::parse);
+            let (Some(Ok(dimension)), Some(Ok(group))) = (words.next(), words.next()) else {
+                return Err(
+                    MSH.on_line(line.number, "a physical name has a dimension and a number")
+                );
+            };
+            groups.set_name((dimension, group), &named[key.len() + 1..]);
+        }
+        Ok(())
+    }
+
+    /// Reads the groups of the entities of version 4.1, where these are wanted.
+    fn read_entities(&mut self, lines: &mut Lines<'_>) -> Result<(), ReadError> {
+        let Some(groups) = &mut self.groups else { return Ok(()) };
+        let of_dimension: [u64; 4] = counts(&needed(lines)?)?;
+        for (dimension, count) in (0..).zip(of_dimension) {
+            // Behind its number, an entity has a point or a box.
+            let before = if dimension == 0 { 4 } else { 7 };
+            for _ in 0..count {
+                let line = needed(lines)?;
+                let mut words = placed_words(line.text, line.start);
+                let entity = words.next().and_then(|word| number::<i64>(word.text));
+                let mut tags = words.skip(before - 1).map(|word| number::<i64>(word.text));
+                let (Some(entity), Some(Some(tag_count))) = (entity, tags.next()) else {
+                    return Err(
+                        MSH.on_line(line.number, "an entity has a number, a box and groups")
+                    );
+                };
+                let tag_count = usize::try_from(tag_count).unwrap_or_default();
+                let tags = tags.take(tag_count).flatten().map(i64::unsigned_abs).collect();
+                groups.add_entity((dimension, entity.unsigned_abs()), tags);
+            }
+        }
+        Ok(())
+    }
+
     /// Reads nodes of version 2: a line each.
     fn read_nodes(&mut self, lines: &mut Lines<'_>) -> Result<(), ReadError> {
         let [count] = counts(&needed(lines)?)?;
@@ -180,10 +187,12 @@ impl MshContent {
             else {
                 return Err(MSH.on_line(line.number, "an element has a number, a type and tags"));
             };
-            // Nodes stand behind as many tags as the element says.
+            // Nodes stand behind as many tags as the element says, of which the first one is its group.
             let first = usize::try_from(tags).unwrap_or(usize::MAX).saturating_add(3);
             let nodes = numbers.get(first..).unwrap_or_default();
-            self.push_element(&FilePlace::Line(line.number), element, kind, nodes)?;
+            let groups = if tags == 0 { &[] } else { numbers.get(3..4).unwrap_or_default() };
+            let at = FilePlace::Line(line.number);
+            self.push_element(&MshElement { at, number: element, kind, groups, nodes })?;
         }
         Ok(())
     }
@@ -192,40 +201,33 @@ impl MshContent {
     fn read_element_blocks(&mut self, lines: &mut Lines<'_>) -> Result<(), ReadError> {
         let [blocks, ..] = counts::<4>(&needed(lines)?)?;
         for _ in 0..blocks {
-            let [_, _, kind, count] = counts(&needed(lines)?)?;
+            let [dimension, entity, kind, count] = counts(&needed(lines)?)?;
+            let groups = self.groups.as_ref().map(|groups| groups.of_entity((dimension, entity)));
+            let groups = groups.unwrap_or_default();
             for _ in 0..count {
                 let line = needed(lines)?;
                 let numbers = numbers(&line)?;
-                let Some((&element, nodes)) = numbers.split_first() else {
+                let Some((&number, nodes)) = numbers.split_first() else {
                     return Err(MSH.on_line(line.number, "an element begins with its number"));
                 };
-                self.push_element(&FilePlace::Line(line.number), element, kind, nodes)?;
+                let at = FilePlace::Line(line.number);
+                self.push_element(&MshElement { at, number, kind, groups: &groups, nodes })?;
             }
         }
         Ok(())
     }
 
-    fn push_element(
-        &mut self,
-        at: &FilePlace,
-        element: u64,
-        kind: u64,
-        nodes: &[u64],
-    ) -> Result<(), ReadError> {
-        let Self { nodes: known, cells, polygons, .. } = self;
-        if let Some(solid) = solid(kind) {
-            cells.push(element, solid, &known.indices(&MSH, at, nodes, solid.node_count())?);
-            return Ok(());
-        }
-
+    fn push_element(&mut self, element: &MshElement<'_>) -> Result<(), ReadError> {
+        let Self { nodes: known, cells, polygons, groups, .. } = self;
+        let MshElement { number, kind, nodes, .. } = *element;
         let has_surface = self.elements == MeshElements::Polygons;
         match kind {
-            TRIANGLE if has_surface => {
-                polygons.push_nodes(&known.indices(&MSH, at, nodes, 3)?);
+            _ if let Some(groups) = groups => groups.push(element, known)?,
+            _ if let Some(solid) = solid(kind) => {
+                cells.push(number, solid, &element.indices(known, solid.node_count())?);
             }
-            QUADRILATERAL if has_surface => {
-                polygons.push_nodes(&known.indices(&MSH, at, nodes, 4)?);
-            }
+            TRIANGLE if has_surface => polygons.push_nodes(&element.indices(known, 3)?),
+            QUADRILATERAL if has_surface => polygons.push_nodes(&element.indices(known, 4)?),
             TRIANGLE | QUADRILATERAL => polygons.push(known.known_indices(nodes)),
             _ if CURVED_SURFACES.contains(&kind) && !has_surface => {
                 let curved = self.curved.entry(format!("element type {kind}")).or_default();

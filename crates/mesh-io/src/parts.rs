@@ -182,6 +182,10 @@ impl Part {
         })
     }
 
+    pub(crate) fn name(&self) -> &str {
+        &self.name
+    }
+
     pub(crate) fn set_name(&mut self, name: &str) {
         name.clone_into(&mut self.name);
     }
@@ -221,7 +225,7 @@ impl Part {
     }
 
     /// Returns all nodes of its elements by their indices in the file, ascending.
-    fn nodes(&self) -> Vec<u32> {
+    pub(crate) fn nodes(&self) -> Vec<u32> {
         let mut nodes = self.other_nodes.clone();
         nodes.extend(self.cells.cells.iter().flat_map(Cell::nodes));
         nodes.extend(self.cells.middle_nodes.iter().map(|middle| middle.node));

@@ -74,16 +74,16 @@ pub fn move_nodes(
     moves: &BTreeMap<u32, DVec3>,
 ) -> Result<Vec<u8>, ReadError> {
     let (mark, file) = split_mark(file);
-    match FileFormat::recognize(file, extension)? {
-        FileFormat::Feb => {}
+    let places = match FileFormat::recognize(file, extension)? {
+        FileFormat::Feb => feb::parse(file)?.nodes.places,
+        FileFormat::Msh => msh::parse_nodes(file)?.places,
         FileFormat::Inp => {
             let moves = moves.iter().map(|(&node, &x)| (node, x));
             let content = InpModel::read_nodes(file)?.move_nodes(file, moves)?;
             return Ok([mark, &content].concat());
         }
         _ => return Err(ReadError::NoParts),
-    }
-    let places = feb::parse(file)?.nodes.places;
+    };
     let mut copy = Copy::new(file);
     for (&node, &x) in moves {
         check_range(Precision::Double, &[x], node as usize)?;

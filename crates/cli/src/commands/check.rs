@@ -43,7 +43,7 @@ A scene file:
   name = \"femur\"          # default: the file's name
   kind = \"rigid\"          # or deformable (default, unless it is rigid in its file), or open: a sheet
   follows = \"femur_r\"     # name in the motion; default: the body's name
-  # parts = [\"Part1\"]     # of an FEBio or Abaqus model: those that are this body
+  # parts = [\"Part1\"]     # of a model of FEBio, Abaqus or Gmsh: those that are this body
 
   [[ignore]]              # pair that overlaps on purpose
   a = \"femur\"

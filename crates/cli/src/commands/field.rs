@@ -71,7 +71,7 @@ pub(crate) struct FieldArguments {
 /// Parameters of a field, with lengths in the unit of the mesh.
 #[derive(Debug, Args)]
 struct BuildArguments {
-    /// Part of an FEBio or Abaqus model that is the body, by its name; may be given several times
+    /// Part of a model of FEBio, Abaqus or Gmsh that is the body, by its name; may be given several times
     #[arg(long, value_name = "NAME")]
     part: Vec<String>,
 

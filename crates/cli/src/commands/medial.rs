@@ -40,7 +40,7 @@ pub(crate) struct MedialArguments {
     #[arg(value_name = "MESH")]
     input: PathBuf,
 
-    /// Part of an FEBio or Abaqus model that is the body, by its name; may be given several times
+    /// Part of a model of FEBio, Abaqus or Gmsh that is the body, by its name; may be given several times
     #[arg(long, value_name = "NAME")]
     part: Vec<String>,
 

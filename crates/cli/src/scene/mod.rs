@@ -10,7 +10,7 @@
 //! [[body]]
 //! name = "femur"          # default: the first part, or the file's name without extension
 //! file = "femur.ply"      # relative to the folder of the scene file; / between folders
-//! parts = ["Part1"]       # of an FEBio or Abaqus model, those that are this body; default: its only one
+//! parts = ["Part1"]       # of a model of FEBio, Abaqus or Gmsh, those that are this body; default: its only one
 //! kind = "rigid"          # or "open" (a sheet), or "deformable", the default unless it is rigid in its file
 //! follows = "femur_r"     # name in the motion; default: the body's name
 //! stiffness = 2.0         # for `resolve`: yields half as much as others; default: 1
@@ -310,14 +310,15 @@ impl BodyDescription {
 /// Returns the names of the parts of a file that may have several, which is read for them.
 fn part_names(path: &Path) -> Result<Vec<String>, Failure> {
     // A pipe is read once.
-    let (is_febio, is_abaqus) = (has_extension(path, "feb"), has_extension(path, "inp"));
+    let is_model = has_extension(path, "feb");
+    let may_have_parts = is_model || has_extension(path, "inp") || has_extension(path, "msh");
     let is_pipe = path.exists() && !path.is_file();
-    if is_pipe || !(is_febio || is_abaqus) {
+    if is_pipe || !may_have_parts {
         return Ok(Vec::new());
     }
     match mesh_io::read_part_names(path) {
         // Meshes that cannot be read are named together, when all are.
-        Err(FileError { reason: ReadError::Unreadable(_) | ReadError::Empty, .. }) if is_abaqus => {
+        Err(FileError { reason: ReadError::Unreadable(_) | ReadError::Empty, .. }) if !is_model => {
             Ok(Vec::new())
         }
         names => Ok(names?),

@@ -11,6 +11,7 @@ mod field;
 mod files;
 mod finite_elements;
 mod first_try;
+mod gmsh;
 mod joint;
 mod medial;
 mod motion;

@@ -8,6 +8,7 @@ mod inp_rigid;
 mod legacy;
 mod limits;
 mod meshes;
+mod msh_groups;
 mod off;
 mod replaced;
 mod solids;
