@@ -65,6 +65,7 @@ mod held;
 mod held_overlaps;
 #[cfg(feature = "serde")]
 mod infinite;
+mod level_pairs;
 mod limits;
 mod near_pairs;
 mod occurrences;

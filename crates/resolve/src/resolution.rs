@@ -349,7 +349,7 @@ impl Remaining {
 }
 
 /// Returns true if one body covers a place more than once.
-fn covers_twice(report: &PairReport) -> bool {
+pub(crate) fn covers_twice(report: &PairReport) -> bool {
     report.overlap.as_ref().is_some_and(|overlap| overlap.measures.covers_twice.contains(&true))
 }
 

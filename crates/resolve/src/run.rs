@@ -171,16 +171,28 @@ impl<'a> Run<'a> {
             turning_faces: Vec::new(),
             ties,
         };
-        for near in run.near.iter() {
-            if near.report.overlaps {
-                run.at_first.push(near.report.pair);
-            } else if run.count_touching_faces(near) > 0 {
-                run.touching_at_first.push(near.report.pair);
+        match run.begin() {
+            Ok(()) => Ok(run),
+            Err(error) => {
+                run.restore()?;
+                Err(error)
             }
         }
-        run.record()?;
-        run.rounds[0].surface_depth = deepest(&run.before);
-        Ok(run)
+    }
+
+    /// Records the start.
+    fn begin(&mut self) -> Result<(), ResolveError> {
+        self.move_out_of_level()?;
+        for near in self.near.iter() {
+            if near.report.overlaps {
+                self.at_first.push(near.report.pair);
+            } else if self.count_touching_faces(near) > 0 {
+                self.touching_at_first.push(near.report.pair);
+            }
+        }
+        self.record()?;
+        self.rounds[0].surface_depth = deepest(&self.before);
+        Ok(())
     }
 
     /// Displaces tissue by `carried`, if there is any and that is better than the state as it

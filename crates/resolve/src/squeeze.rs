@@ -49,7 +49,7 @@ impl Run<'_> {
 
     /// Returns true if most vertices of one body were within the tolerance of the other one's surface at
     /// the start, on faces that look the same way.
-    fn nearly_coincided(&self, pair: PairId) -> bool {
+    pub(crate) fn nearly_coincided(&self, pair: PairId) -> bool {
         let Some(report) = self.before.iter().find(|before| before.pair == pair) else {
             return false;
         };

@@ -9,6 +9,7 @@ mod gap;
 mod inside_out;
 mod interruption;
 mod knee;
+mod level;
 mod planted;
 mod seams;
 mod self_contact;
