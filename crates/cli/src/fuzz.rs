@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::motion::Motion;
-use crate::scene::SceneDescription;
+use crate::scene::{SceneDescription, Unit};
 
 /// Parses a scene file, and returns true if the text is one.
 ///
@@ -32,5 +32,5 @@ pub fn scene_file(text: &str) -> bool {
 /// Parses a motion file or a table of poses, and returns true if the text is one.
 #[must_use]
 pub fn motion_file(text: &str) -> bool {
-    Motion::parse(text).is_ok() || Motion::is_table(text)
+    Motion::parse(text, Unit::Millimeter).is_ok() || Motion::is_table(text)
 }

@@ -178,7 +178,7 @@ impl Run<'_> {
     }
 
     /// Adds the tissue around contacts, and all that was displaced before.
-    fn add_displaced_bodies(
+    pub(crate) fn add_displaced_bodies(
         &mut self,
         mut seeds: BTreeMap<BodyId, Vec<u32>>,
         displacements: &[DVec3],

@@ -195,35 +195,6 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// Displaces tissue by `carried`, if there is any and that is better than the state as it
-    /// stands.
-    pub(crate) fn warm_start(
-        &mut self,
-        carried: &[LocalDisplacements],
-    ) -> Result<(), ResolveError> {
-        if carried.is_empty() || !self.continues() {
-            return Ok(());
-        }
-
-        // Carried displacements count as a round, and are taken back where more is left by them. That a
-        // pair overlaps anew does not count: it comes out as any other.
-        self.move_soft(|tissue, _| Some(carried[tissue.id.index()].displace(tissue)))?;
-        self.record()?;
-        self.is_warm = self.rounds[1].merit < self.rounds[0].merit;
-        if !self.is_warm {
-            return self.revert_to_best();
-        }
-
-        // Displacements of the last state are within limits, and so is what is left to do from them, also where less
-        // overlaps by itself: tissue would let a bone pass that is halfway through it.
-        let carried = self.tissues.iter().map(|tissue| tissue.damage.max_displacement);
-        let further = self.params.max_displacement * self.rounds[1].max_depth;
-        let allowed = carried.fold(0.0, f64::max) + further;
-        self.allowed_displacement = self.allowed_displacement.max(allowed);
-        self.keep_as_best(1);
-        Ok(())
-    }
-
     /// Pushes bodies apart round by round, and takes the best round.
     pub(crate) fn complete(&mut self) -> Result<Resolution, ResolveError> {
         while self.continues() {
@@ -322,7 +293,7 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    fn continues(&self) -> bool {
+    pub(crate) fn continues(&self) -> bool {
         let is_clean = self.rounds.last().is_none_or(|last| last.is_clean(&self.params));
         let has_rounds_left = self.rounds.len() <= self.params.max_rounds as usize;
         !is_clean && !self.is_stuck() && has_rounds_left
@@ -398,7 +369,7 @@ impl<'a> Run<'a> {
     }
 
     /// Keeps the present state as the best one, after a round of a number.
-    fn keep_as_best(&mut self, number: usize) {
+    pub(crate) fn keep_as_best(&mut self, number: usize) {
         self.best = number;
         self.stalled_rounds = 0;
         let x = |id: BodyId| self.scene.body(id).positions();
@@ -438,7 +409,7 @@ impl<'a> Run<'a> {
     }
 
     /// Moves soft bodies back to the best round.
-    fn revert_to_best(&mut self) -> Result<(), ResolveError> {
+    pub(crate) fn revert_to_best(&mut self) -> Result<(), ResolveError> {
         self.move_soft(|tissue, _| Some(tissue.best.clone()))
     }
 

@@ -2,13 +2,94 @@
 //!
 //! Between two frames of a motion, tissue turns with its bones, and so does the push that it
 //! takes. Displacements are stored in a local frame of each vertex, made of its normal and an
-//! edge, and applied in the frame that the vertex has in the next state.
+//! edge, and applied in the frame that the vertex has in the next state. Where a bone has gone back, tissue
+//! follows it.
+
+use std::collections::BTreeMap;
 
 use glam::{DMat3, DVec3};
 use scene::Scene;
 
+use crate::ResolveError;
+use crate::detection::{clearance, detection_margin};
+use crate::elastic::ElasticProblem;
+use crate::run::Run;
 use crate::spread::NEGLIGIBLE_SHARE;
 use crate::tissue::Tissue;
+
+/// Largest number of steps in which tissue goes back. Below, it comes after a bone that is faster; above, frames take
+/// longer.
+const MAX_STEPS_BACK: usize = 4;
+
+/// Longest displacement of a step after which tissue is back \[clearances\]. Below, steps change nothing that is seen;
+/// above, it stays away from a bone that is slow.
+const SHORT_STEP: f64 = 0.5;
+
+impl Run<'_> {
+    /// Displaces tissue by `carried`, if there is any and that is better than the state as it
+    /// stands.
+    pub(crate) fn warm_start(
+        &mut self,
+        carried: &[LocalDisplacements],
+    ) -> Result<(), ResolveError> {
+        if carried.is_empty() || !self.continues() {
+            return Ok(());
+        }
+
+        // Carried displacements count as a round, and are taken back where more is left by them. That a
+        // pair overlaps anew does not count: it comes out as any other.
+        self.move_soft(|tissue, _| Some(carried[tissue.id.index()].displace(tissue)))?;
+        if self.near.overlapping().next().is_none() {
+            self.go_back()?;
+        }
+        self.record()?;
+        self.is_warm = self.rounds[1].merit < self.rounds[0].merit;
+        if !self.is_warm {
+            return self.revert_to_best();
+        }
+
+        // Displacements of the last state are within limits, and so is what is left to do from them, also where less
+        // overlaps by itself: tissue would let a bone pass that is halfway through it.
+        let carried = self.tissues.iter().map(|tissue| tissue.damage.max_displacement);
+        let further = self.params.max_displacement * self.rounds[1].max_depth;
+        let allowed = carried.fold(0.0, f64::max) + further;
+        self.allowed_displacement = self.allowed_displacement.max(allowed);
+        self.keep_as_best(1);
+        Ok(())
+    }
+
+    /// Moves tissue that overlaps nothing toward where its elastic energy is least, by steps that let nothing cross.
+    fn go_back(&mut self) -> Result<(), ResolveError> {
+        let (mut near, mut moved) = (Vec::new(), vec![true; self.tissues.len()]);
+        let target = clearance(&self.params) + self.gap_slack();
+        let mut has_moved = vec![false; self.tissues.len()];
+        for _ in 0..MAX_STEPS_BACK {
+            self.update_features(&mut near, &[], detection_margin(&self.params), &moved)?;
+            let mut problem = ElasticProblem::default();
+            for pair in &near {
+                let target = if self.is_tied(pair.id) { 0.0 } else { target };
+                let row = |feature| self.gap_row(pair.id, feature, target - feature.distance);
+                problem.rows.extend(pair.features.iter().filter_map(row));
+            }
+            let before = self.displacements();
+            self.add_displaced_bodies(BTreeMap::new(), &before, &mut problem)?;
+            self.add_tie_bonds(&mut problem);
+            moved = self.step_freely(problem, &before, &[])?;
+
+            let mut longest: f64 = 0.0;
+            for (before, after) in before.iter().zip(self.displacements()) {
+                longest = longest.max(before.distance(after));
+            }
+            for (has_moved, moved) in has_moved.iter_mut().zip(&moved) {
+                *has_moved |= *moved;
+            }
+            if longest <= SHORT_STEP * clearance(&self.params) {
+                break;
+            }
+        }
+        self.detect_moved(&has_moved)
+    }
+}
 
 /// Displacements of one body's vertices, each in the local frame of its vertex: |V| for a soft
 /// body, none for a rigid one.

@@ -85,7 +85,7 @@ impl Job<'_> {
         outputs.stage(&self.folder.join(Series::FILE_NAME), series.to_pvd())?;
 
         let document =
-            ResolvedDocument::new(self.unit, self.params.gap, scene, &self.conditions, frames);
+            ResolvedDocument::new(self.unit, &self.params, scene, &self.conditions, frames);
         outputs.stage_json(self.json, &document)?;
         let text = document.to_text() + &rest_text(replay.resting());
         Ok(Finished { outputs, text, holds: document.resolved, stopwatch })

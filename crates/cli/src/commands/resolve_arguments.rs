@@ -35,7 +35,7 @@ pub(super) struct ResolveArgs {
     max_strain: f64,
 
     /// Largest displacement of a vertex, in depths of the deepest overlap; that of the smoothing length is
-    /// allowed in any case
+    /// allowed in any case, and in a motion that of the frame before with this much of what overlaps by it
     #[arg(long, value_name = "DEPTHS", default_value_t = 3.0, allow_negative_numbers = true)]
     max_displacement: f64,
 

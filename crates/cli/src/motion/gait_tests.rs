@@ -12,7 +12,8 @@ use musculo_collide::{BodyId, BodyKind, BodyMove, CheckParams, Scene, SweepRepor
 
 use serde_json::{Value, json};
 
-use super::{Motion, Replay};
+use super::Replay;
+use super::tests::parsed;
 
 /// Number of intermediate states per step.
 const SUBDIVISIONS: u32 = 64;
@@ -47,10 +48,7 @@ fn walk(path: &std::path::Path, scene: &Scene) -> Replay {
         "segments": ["tibia", "femur", null],
         "blends": [[knee - 40.0, knee + 40.0], [hip - 50.0, hip + 50.0]],
     });
-    Motion::parse(&file.to_string())
-        .expect("a motion")
-        .bind(scene, &BTreeMap::new())
-        .expect("a walk")
+    parsed(&file.to_string()).expect("a motion").bind(scene, &BTreeMap::new()).expect("a walk")
 }
 
 fn place(scene: &mut Scene, positions: &[Vec<DVec3>]) {

@@ -10,8 +10,8 @@
 //! }
 //! ```
 //!
-//! A frame's lists of 16 numbers are rigid 4 × 4 maps from rest, row by row, in the
-//! scene's unit. Times, in seconds, must rise. Other content of a frame is ignored, unless
+//! A frame's lists of 16 numbers are rigid 4 × 4 maps from rest, row by row. All lengths are in the
+//! scene's unit, unless the file has another one (`"unit": "m"`). Times, in seconds, must rise. Other content of a frame is ignored, unless
 //! it has the name of a body. Each map must move a rigid body or a segment of the skin,
 //! unless all rigid bodies have maps or the list `ignore` has its name.
 
@@ -25,9 +25,12 @@ use serde_json::Value;
 
 use super::skin::Skin;
 use super::{Motion, MotionProblem, is_rigid};
+use crate::scene::Unit;
 
 #[derive(Debug, Deserialize)]
 struct MotionFile {
+    /// Unit of all lengths; that of the scene by default.
+    unit: Option<Unit>,
     frames: Vec<FrameEntries>,
     skin: Option<SkinEntry>,
     #[serde(default)]
@@ -81,15 +84,17 @@ struct Frame {
 
 impl Motion {
     /// Parses and checks the content of a file.
-    pub(crate) fn parse(text: &str) -> Result<Self, MotionProblem> {
+    pub(crate) fn parse(text: &str, scene_unit: Unit) -> Result<Self, MotionProblem> {
         let file: MotionFile = serde_json::from_str(text)?;
+        let factor = file.unit.unwrap_or(scene_unit).meters() / scene_unit.meters();
         if file.frames.len() < 2 {
             return Err(MotionProblem::TooFewFrames(file.frames.len()));
         }
 
         // Each entry is checked by itself, then frames against each other.
         let skin = match file.skin {
-            Some(SkinEntry { axis, segments, blends }) => {
+            Some(SkinEntry { axis, segments, mut blends }) => {
+                blends.iter_mut().flatten().for_each(|height| *height *= factor);
                 Some(Skin::new(DVec3::from(axis), segments, blends)?)
             }
             None => None,
@@ -106,7 +111,11 @@ impl Motion {
         let mut motion = Self { skin, ignored: file.ignore, ..Self::default() };
         for (number, frame) in frames.into_iter().enumerate() {
             motion.times.push(frame.time);
-            motion.maps.push(frame.maps);
+            let in_unit = |(name, map): (String, DMat4)| {
+                let to = factor * map.w_axis.truncate();
+                (name, DMat4 { w_axis: to.extend(1.0), ..map })
+            };
+            motion.maps.push(frame.maps.into_iter().map(in_unit).collect());
             for (name, found) in frame.others {
                 motion.others.entry(name).or_insert((number, found));
             }

@@ -184,7 +184,7 @@ impl Motion {
             Some("sto" | "mot") => (opensim::parse(&text)?, Unit::Meter),
             Some("csv") => (pose_rows::parse(&text)?, params.scene_unit),
             _ => {
-                let motion = Self::parse(&text)?;
+                let motion = Self::parse(&text, params.scene_unit)?;
                 let option = params.table_option.map(MotionProblem::TableOption);
                 return option.map_or(Ok(motion), Err);
             }

@@ -6,7 +6,7 @@ use glam::{DVec3, dvec3};
 use musculo_collide::surface::TriangleSurface;
 use musculo_collide::{BodyKind, Path, Scene};
 
-use super::Motion;
+use super::tests::parsed;
 
 /// A bone and a muscle along z, between a femur that turns by 60 degrees about x and a pelvis that
 /// rests. Maps have nine digits.
@@ -24,7 +24,7 @@ fn replay() -> (Scene, super::Replay) {
         let x = vec![dvec3(1.0, 2.0, 3.0), dvec3(5.0, -300.0, 16.0), dvec3(1.0, 2.0, 30.0)];
         scene.add(name, kind, surface, x).expect("a body");
     }
-    let motion = Motion::parse(text).expect("a motion");
+    let motion = parsed(text).expect("a motion");
     let replay = motion.bind(&scene, &BTreeMap::new()).expect("bodies");
     (scene, replay)
 }

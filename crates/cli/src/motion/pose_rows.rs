@@ -21,9 +21,12 @@ use super::pose_table::{PoseTable, TableProblem, finite_number};
 /// Names of the columns of a rotation matrix, row by row.
 const MATRIX: [&str; 9] = ["r11", "r12", "r13", "r21", "r22", "r23", "r31", "r32", "r33"];
 
-/// Largest deviation of a quaternion's length from 1: files round to some three digits at least,
-/// and other numbers than those of a rotation are farther from it.
+/// Largest deviation of a quaternion's length from 1, and of a matrix from a rotation: files round to some three digits
+/// at least, and other numbers than those of a rotation are farther from it.
 const UNIT_TOLERANCE: f64 = 1e-2;
+
+/// Deviation of a matrix up to which it is taken as it is: its digits are all of its number type.
+const EXACT: f64 = 1e-12;
 
 /// Places of the columns that are read.
 struct Columns {
@@ -73,15 +76,31 @@ pub(super) fn parse(text: &str) -> Result<PoseTable, TableProblem> {
             _ => {
                 let maps = BTreeMap::from([(name.to_owned(), pose)]);
                 if let Some((line, time, maps)) = frame.replace((line, time, maps)) {
-                    table.push(line, time, maps)?;
+                    push(&mut table, line, time, maps)?;
                 }
             }
         }
     }
     if let Some((line, time, maps)) = frame {
-        table.push(line, time, maps)?;
+        push(&mut table, line, time, maps)?;
     }
     Ok(table)
+}
+
+/// Adds a frame; where its time is not later, rows may be sorted otherwise.
+fn push(
+    table: &mut PoseTable,
+    line: usize,
+    time: f64,
+    maps: BTreeMap<String, DMat4>,
+) -> Result<(), TableProblem> {
+    table.push(line, time, maps).map_err(|problem| match problem {
+        TableProblem::TimeOrder { line, time, last, .. } => {
+            let advice = "; rows of one time stand together, those of all bodies";
+            TableProblem::TimeOrder { line, time, last, advice }
+        }
+        other => other,
+    })
 }
 
 /// Returns the problem of a table that the reader refuses.
@@ -107,8 +126,18 @@ fn to_usize(number: u64) -> usize {
 
 impl Columns {
     fn find(labels: &StringRecord) -> Result<Self, TableProblem> {
-        let matrix = labels.iter().any(|label| label.eq_ignore_ascii_case(MATRIX[0]));
-        let rotation = if matrix {
+        let separators = [(';', "semicolons"), ('\t', "tabs")];
+        let separator =
+            separators.iter().find(|(it, _)| labels.len() == 1 && labels[0].contains(*it));
+        if let Some((_, found)) = separator {
+            return Err(TableProblem::NoCommas { found });
+        }
+        let has = |name: &str| labels.iter().any(|label| label.eq_ignore_ascii_case(name));
+        let has_matrix = has(MATRIX[0]);
+        if has_matrix && has("qw") {
+            return Err(TableProblem::TwoRotations);
+        }
+        let rotation = if has_matrix {
             RotationColumns::Matrix(columns(labels, MATRIX)?)
         } else {
             RotationColumns::Quaternion(columns(labels, ["qw", "qx", "qy", "qz"])?)
@@ -132,17 +161,27 @@ impl Columns {
                 DMat3::from_quat(quaternion.normalize())
             }
             RotationColumns::Matrix(columns) => {
-                DMat3::from_cols_array(&row.numbers(columns)?).transpose()
+                let matrix = DMat3::from_cols_array(&row.numbers(columns)?).transpose();
+                rotation_near(matrix, row.line)?
             }
         };
-
-        let pose = DMat4::from_mat3_translation(rotation, position);
-        if super::is_rigid(pose) {
-            Ok(pose)
-        } else {
-            Err(TableProblem::NotRotation { line: row.line })
-        }
+        Ok(DMat4::from_mat3_translation(rotation, position))
     }
+}
+
+/// Returns the rotation next to a matrix, the error of whose rounded digits is divided out.
+fn rotation_near(matrix: DMat3, line: usize) -> Result<DMat3, TableProblem> {
+    let residue = matrix.transpose() * matrix - DMat3::IDENTITY;
+    let change = residue.to_cols_array().into_iter().fold(0.0, |max: f64, it| max.max(it.abs()));
+    if change.is_nan() || change > UNIT_TOLERANCE {
+        return Err(TableProblem::NotRotation { line, change });
+    }
+    if matrix.determinant() < 0.0 {
+        return Err(TableProblem::Mirrors { line });
+    }
+    let is_exact = change <= EXACT;
+    let rotation = || DMat3::from_quat(DQuat::from_mat3(&matrix).normalize());
+    Ok(if is_exact { matrix } else { rotation() })
 }
 
 /// Finds columns by their names, without regard to case.

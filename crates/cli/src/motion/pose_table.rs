@@ -43,6 +43,10 @@ pub(crate) enum TableProblem {
     NoBodyPoses,
     #[error("has no column '{name}'")]
     MissingColumn { name: String },
+    #[error("has no commas between its columns, but {found}: save it with commas")]
+    NoCommas { found: &'static str },
+    #[error("has the columns 'qw' and 'r11': a rotation is a quaternion or a matrix, not both")]
+    TwoRotations,
     #[error("has the column '{name}' more than once")]
     DuplicateColumn { name: String },
     #[error("line {line} has {found} columns, but {expected} are declared")]
@@ -52,15 +56,19 @@ pub(crate) enum TableProblem {
     #[error("line {line}, column '{column}': '{text}' is not a finite number")]
     NotANumber { line: usize, column: String, text: String },
     #[error(
-        "line {line}, column 'time': {time}, but times must rise: that of the row before is {last}"
+        "line {line}, column 'time': {time}, but times must rise: that of the row before is {last}{advice}"
     )]
-    TimeOrder { line: usize, time: f64, last: f64 },
+    TimeOrder { line: usize, time: f64, last: f64, advice: &'static str },
     #[error("line {line}, column 'body': '{name}' has a pose at time {time} already")]
     DuplicateBody { line: usize, name: String, time: f64 },
     #[error("line {line}: the quaternion has length {length}, but that of a rotation is 1")]
     NotUnit { line: usize, length: f64 },
-    #[error("line {line}: the matrix is not a rotation: it changes lengths or orientation")]
-    NotRotation { line: usize },
+    #[error("line {line}: the matrix is not a rotation: it mirrors")]
+    Mirrors { line: usize },
+    #[error(
+        "line {line}: the matrix is not a rotation: it changes lengths or angles by {change:.1e}"
+    )]
+    NotRotation { line: usize, change: f64 },
 }
 
 impl PoseTable {
@@ -78,7 +86,7 @@ impl PoseTable {
         if let Some(&last) = self.times.last()
             && time <= last
         {
-            return Err(TableProblem::TimeOrder { line, time, last });
+            return Err(TableProblem::TimeOrder { line, time, last, advice: "" });
         }
         self.times.push(time);
         self.poses.push(poses);

@@ -145,6 +145,17 @@ fn rows_of_poses_move_bodies_by_quaternion_or_matrix() {
         }
     }
 
+    // Rounded to three digits, it is a rotation all the same.
+    let rounded = "time,body,r11,r12,r13,r21,r22,r23,r31,r32,r33,x,y,z\n\
+                   0,femur,1,0,0,0,1,0,0,0,1,0,0,0\n\
+                   0.5,femur,1,0,0,0,.866,-.5,0,.5,.866,1,2,3\n";
+    let positions = replay(rounded, "csv", &params).positions(1)[0].clone();
+    let rest = scene().bodies()[0].positions().to_vec();
+    for (a, b) in [(0, 1), (1, 2), (2, 0)] {
+        let lengths = [positions[a].distance(positions[b]), rest[a].distance(rest[b])];
+        assert!((lengths[0] - lengths[1]).abs() < 1e-9, "{lengths:?}");
+    }
+
     // Lengths of the table in centimeters.
     params.table_unit = Some(Unit::Centimeter);
     let x = replay(matrices, "csv", &params).positions(1)[0][0];
@@ -196,6 +207,11 @@ fn invalid_rows_of_poses_are_refused_by_line() {
         format!("{labels}1,b,1,0,0,0,0,0,0\n0,b,1,0,0,0,0,0,0\n"),
         "time,body,r11,r12,r13,r21,r22,r23,r31,r32,r33,x,y,z\n0,b,1,0,0,0,1,0,0,0,-1,0,0,0\n"
             .to_owned(),
+        "time,body,r11,r12,r13,r21,r22,r23,r31,r32,r33,x,y,z\n0,b,1,0,.02,0,1,0,0,0,1,0,0,0\n"
+            .to_owned(),
+        "time;body;qw;qx;qy;qz;x;y;z\n".to_owned(),
+        "time\tbody\tqw\tqx\tqy\tqz\tx\ty\tz\n".to_owned(),
+        "time,body,qw,qx,qy,qz,r11,r12,r13,r21,r22,r23,r31,r32,r33,x,y,z\n".to_owned(),
     ];
     let mut problems = String::new();
     for text in cases {

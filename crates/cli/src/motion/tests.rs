@@ -8,10 +8,16 @@ use musculo_collide::{BodyKind, Scene};
 
 use super::skin::Skin;
 use super::{Motion, MotionProblem, RestReason};
+use crate::scene::Unit;
 
 /// A map that turns a quarter about x through the origin, then shifts along y.
 const QUARTER: &str = "[1,0,0,0, 0,0,-1,5, 0,1,0,0, 0,0,0,1]";
 const REST: &str = "[1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]";
+
+/// Parses a file in millimeters.
+pub(super) fn parsed(text: &str) -> Result<Motion, MotionProblem> {
+    Motion::parse(text, Unit::Millimeter)
+}
 
 fn two_frames(skin: &str) -> String {
     format!(
@@ -38,7 +44,7 @@ fn scene() -> Scene {
 #[test]
 fn bones_follow_their_maps_and_muscles_the_blend() {
     let scene = scene();
-    let replay = Motion::parse(&two_frames(SKIN)).unwrap().bind(&scene, &BTreeMap::new()).unwrap();
+    let replay = parsed(&two_frames(SKIN)).unwrap().bind(&scene, &BTreeMap::new()).unwrap();
     let rest = scene.bodies()[0].positions();
     assert_eq!(replay.positions(0), [rest, rest, rest]);
     let [bone, muscle, pelvis] = &replay.positions(1)[..] else { panic!("three bodies") };
@@ -58,7 +64,7 @@ fn weights_go_over_from_segment_to_segment() {
     let blends = vec![[460.0, 540.0], [850.0, 950.0]];
     let segments = vec![Some("tibia".to_owned()), Some("femur".to_owned()), None];
     let skin = Skin::new(DVec3::Z, segments, blends).unwrap();
-    let quarter = Motion::parse(&two_frames("")).unwrap().maps[1]["femur"];
+    let quarter = parsed(&two_frames("")).unwrap().maps[1]["femur"];
     let maps = [("femur", DMat4::IDENTITY), ("tibia", quarter)];
     let maps = maps.map(|(name, map)| (name.to_owned(), map)).into();
     let at = |z: f64| skin.deform(&[dvec3(0.0, 0.0, z)], &maps)[0];
@@ -114,7 +120,7 @@ fn invalid_files_are_refused() {
         ),
     ];
     for (text, expected) in cases {
-        let problem = Motion::parse(&text).unwrap_err().to_string();
+        let problem = parsed(&text).unwrap_err().to_string();
         assert!(problem.contains(expected), "{problem:?} for {text}");
     }
 }
@@ -129,23 +135,20 @@ fn misspelled_maps_are_refused() {
             .into_iter()
             .fold(text, |text, map| text.replace(&format!("\"femur\": {map}"), &extra(map)))
     };
-    let problem =
-        Motion::parse(&renamed("")).unwrap().bind(&scene(), &BTreeMap::new()).unwrap_err();
+    let problem = parsed(&renamed("")).unwrap().bind(&scene(), &BTreeMap::new()).unwrap_err();
     let expected = "map \"pelwis\" moves no body: the nearest names of bodies without a map are \
                     bone_pelvis; rename the map, let a body follow it (--follow), \
                     or add it to the list \"ignore\"";
     assert_eq!(problem.to_string(), expected);
 
     // It is accepted where the file says that it is meant.
-    let replay = Motion::parse(&renamed("\"ignore\": [\"pelwis\"],"))
-        .unwrap()
-        .bind(&scene(), &BTreeMap::new());
+    let replay =
+        parsed(&renamed("\"ignore\": [\"pelwis\"],")).unwrap().bind(&scene(), &BTreeMap::new());
     assert_eq!(replay.unwrap().resting().len(), 1);
 
     // A list of another length under the name of a body is no map.
     let short = two_frames("").replace("\"angles\": [1, 2]", "\"pelvis\": [1, 2]");
-    let problem =
-        Motion::parse(&short).unwrap().bind(&scene(), &BTreeMap::new()).unwrap_err().to_string();
+    let problem = parsed(&short).unwrap().bind(&scene(), &BTreeMap::new()).unwrap_err().to_string();
     let expected =
         "\"pelvis\" of frame 0 is a list of 2 numbers, but a map is a list of 16 numbers";
     assert_eq!(problem, expected);
@@ -154,7 +157,7 @@ fn misspelled_maps_are_refused() {
 #[test]
 fn bodies_at_rest_have_reasons() {
     let resting = |text: &str| {
-        let replay = Motion::parse(text).unwrap().bind(&scene(), &BTreeMap::new()).unwrap();
+        let replay = parsed(text).unwrap().bind(&scene(), &BTreeMap::new()).unwrap();
         let resting = replay.resting().iter();
         resting.map(|resting| (resting.body.clone(), resting.reason)).collect::<Vec<_>>()
     };
@@ -167,8 +170,27 @@ fn bodies_at_rest_have_reasons() {
 #[test]
 fn a_motion_of_other_bones_is_refused() {
     let text = two_frames("").replace("femur", "ulna");
-    let motion = Motion::parse(&text).unwrap();
+    let motion = parsed(&text).unwrap();
     let problem = motion.bind(&scene(), &BTreeMap::new()).unwrap_err();
     assert!(matches!(problem, MotionProblem::NoFollower { .. }), "{problem}");
     assert!(problem.to_string().contains("its maps are ulna"), "{problem}");
+}
+
+#[test]
+fn lengths_in_another_unit_are_converted() {
+    let of = |unit: &str| {
+        let text = two_frames(&format!("\"unit\": \"{unit}\", {SKIN}"));
+        parsed(&text).expect("a motion").bind(&scene(), &BTreeMap::new()).expect("bodies")
+    };
+    let in_scene = parsed(&two_frames(SKIN)).expect("a motion");
+    let in_scene = in_scene.bind(&scene(), &BTreeMap::new()).expect("bodies");
+    for frame in 0..2 {
+        assert_eq!(of("mm").positions(frame), in_scene.positions(frame));
+    }
+    // The way along y of the bone, and the heights of the blend, are ten times as far.
+    assert_eq!(of("cm").positions(1)[0][0], in_scene.positions(1)[0][0] + dvec3(0.0, 45.0, 0.0));
+    assert_eq!(of("cm").positions(1)[1][2], of("cm").positions(1)[0][2]);
+    assert_ne!(in_scene.positions(1)[1][2], in_scene.positions(1)[0][2]);
+    let refusal = parsed(&two_frames("\"unit\": \"ft\",")).expect_err("an unknown unit");
+    assert!(refusal.to_string().contains("unknown variant `ft`"), "{refusal}");
 }

@@ -38,8 +38,8 @@ pub(crate) struct FrameRecord {
     overlapping_pairs: usize,
     /// Deepest overlap in the frame.
     deepest: Option<DepthRecord>,
-    /// Volume of all overlaps in the frame, of bodies with an inside.
-    pub(crate) volume: f64,
+    /// Volume of all overlaps in the frame; none where the inside of a body that overlaps is undefined.
+    pub(crate) volume: Option<f64>,
     /// Joint contact of each surface with another, where it is measured and there is some.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     joint_contact: Vec<SurfaceContact>,
@@ -212,11 +212,12 @@ impl FrameRecord {
         time: Option<f64>,
         reports: &[PairReport],
     ) -> Self {
-        let (mut overlapping_pairs, mut volume) = (0, 0.0);
+        let (mut overlapping_pairs, mut volume) = (0, Some(0.0));
         for report in reports {
             overlapping_pairs += usize::from(report.overlaps);
             if let Some(overlap) = &report.overlap {
-                volume += overlap.measures.total.volume.unwrap_or(0.0);
+                let of_pair = overlap.measures.total.volume;
+                volume = volume.zip(of_pair).map(|(others, of_pair)| others + of_pair);
             }
         }
         let (deepest, joint_contact) = (deepest(scene, reports), Vec::new());
@@ -247,7 +248,7 @@ impl FrameRecord {
             None => (dash(), dash()),
         };
         let time = times.text(self.time);
-        let volume = measure(self.volume);
+        let volume = self.volume.map_or_else(|| "?".to_owned(), measure);
         [self.frame.to_string(), time, grouped(self.overlapping_pairs), depth, between, volume]
     }
 }

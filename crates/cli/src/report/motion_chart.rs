@@ -32,9 +32,9 @@ pub(crate) fn motion_chart(document: &MotionDocument) -> Result<String, Box<dyn 
     };
     let volume = Panel {
         title: format!("volume of overlaps [{unit}³]"),
-        max: room_above(document, |frame| frame.volume),
+        max: room_above(document, |frame| frame.volume.unwrap_or_default()),
         color: VOLUME,
-        value: |frame| Some(frame.volume),
+        value: |frame| frame.volume,
     };
     let free = Panel {
         title: "free fraction of the step".to_owned(),

@@ -24,6 +24,8 @@ pub(crate) struct ResolvedDocument {
     unit: Unit,
     /// Distance that was asked for between all surfaces; 0 for none.
     gap: f64,
+    /// Depth up to which overlaps of the start may be left.
+    tolerance: f64,
     /// True if every frame is resolved.
     pub(crate) resolved: bool,
     /// Pairs that the gap is not asked of, in words.
@@ -229,7 +231,7 @@ impl ResolvedDocument {
     /// Gathers the frames of a scene under conditions.
     pub(crate) fn new(
         unit: Unit,
-        gap: f64,
+        params: &ResolveParams,
         scene: &Scene,
         conditions: &Conditions,
         frames: Vec<ResolvedFrame>,
@@ -240,7 +242,8 @@ impl ResolvedDocument {
         let left_out = left_out_text(tied.len(), ignored_pairs(scene).len());
         let is_left = |name: &str| frames.iter().any(|frame| frame.is_left(name));
         let attachments = AttachmentRecord::list(conditions, scene, is_left);
-        Self { unit, gap, resolved, left_out, attachments, frames }
+        let &ResolveParams { gap, tolerance, .. } = params;
+        Self { unit, gap, tolerance, resolved, left_out, attachments, frames }
     }
 
     /// Writes one line per frame, the pairs that are left with their reasons, and a summary.
@@ -249,7 +252,9 @@ impl ResolvedDocument {
 
         for frame in &self.frames {
             for RemainingRecord { a, b, text: pair, .. } in &frame.remaining {
-                text += &format!("frame {}: {a} × {b}: {pair}\n", frame.frame);
+                text += &format!("frame {}: {a} × {b}: {pair}", frame.frame);
+                text += &if frame.resolved { self.within_tolerance() } else { String::new() };
+                text += "\n";
             }
 
             // Pairs that overlap are named above.
@@ -291,6 +296,10 @@ impl ResolvedDocument {
             text += "Files of frames that are not resolved have '_unproved' in their names.\n";
         }
         text
+    }
+
+    fn within_tolerance(&self) -> String {
+        format!("; within the tolerance of {} {}", measure(self.tolerance), self.unit.symbol())
     }
 
     fn table(&self) -> Table {

@@ -41,3 +41,27 @@ fn tissue_stays_on_its_side_of_a_bone_that_goes_on() {
     let anew = continued[1..].iter().position(|&end| end == (false, false));
     assert!(anew.is_some(), "{continued:?}");
 }
+
+/// A bone is pressed into a muscle and goes back, faster than contacts are known ahead: the muscle comes after it.
+#[test]
+fn tissue_comes_after_a_bone_that_goes_back() {
+    let muscle = shapes::ellipsoid(DVec3::new(15.0, 12.0, 30.0), 3);
+    let bone = shapes::ellipsoid(DVec3::new(5.0, 40.0, 5.0), 3);
+    let bodies =
+        [("bone", BodyKind::Rigid, bone.clone()), ("muscle", BodyKind::Deformable, muscle.clone())];
+    for gap in [0.0, 0.1] {
+        let mut scene = scene_of(bodies.clone());
+        let [bone_id, muscle_id] = ["bone", "muscle"].map(|name| scene.find(name).expect("a body"));
+        let params = ResolveParams { gap, ..ResolveParams::with_smoothing(6.0) };
+        let mut walk = Resolver::new(params).expect("valid parameters");
+        for depth in [1.0, 4.0, 7.0, 10.0, 7.0, 4.0, 1.0, -1.0] {
+            let place = bone.clone().translated((20.0 - depth) * DVec3::X).positions;
+            scene.move_body(bone_id, &place).expect("a place");
+            scene.move_body(muscle_id, &muscle.positions).expect("its rest");
+            let end = walk.resolve(&mut scene, Progress::none()).expect("a resolution");
+            assert!(end.resolved, "{depth} in: {:?}", end.remaining);
+            let moved = end.bodies.iter().map(|change| change.max_displacement).fold(0.0, f64::max);
+            assert!(moved <= 1.15 * f64::max(depth, 0.0) + 0.3, "{depth} in, {moved} out");
+        }
+    }
+}
