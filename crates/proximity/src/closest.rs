@@ -1,9 +1,8 @@
-//! Closest points of a surface, and crossings of it with itself.
+//! Closest points of a surface.
 
 use glam::DVec3;
 use kdop::Workspace;
-use surface::progress::{Interrupted, Progress};
-use surface::{ClosestOnTriangle, Meeting, closest_on_triangle, triangles_meet};
+use surface::{ClosestOnTriangle, closest_on_triangle};
 
 use crate::SurfaceTree;
 
@@ -74,30 +73,5 @@ impl SurfaceTree {
     pub fn closest_on_face(&self, point: DVec3, face: u32) -> ClosestPoint {
         let foot = closest_on_triangle(point, self.corners(face));
         ClosestPoint { face, foot, distance: foot.point.distance(point) }
-    }
-
-    /// Finds pairs of faces without a common corner that cross, ascending.
-    ///
-    /// # Errors
-    ///
-    /// [`Interrupted`] when the handler of `progress` ends the call.
-    pub fn self_crossings(
-        &self,
-        workspace: &mut Workspace,
-        progress: Progress<'_>,
-    ) -> Result<Vec<[u32; 2]>, Interrupted> {
-        /// Pairs of faces between two polls for interruption: a millisecond.
-        const POLL_INTERVAL: u32 = 4096;
-
-        let (mut crossing, mut polls) = (Vec::new(), progress.every(POLL_INTERVAL));
-        self.tree().try_self_pairs(0.0, workspace, |a, b| {
-            polls.step()?;
-            if triangles_meet(self.corners(a), self.corners(b)) == Meeting::Crossing {
-                crossing.push([a.min(b), a.max(b)]);
-            }
-            Ok(())
-        })?;
-        crossing.sort_unstable();
-        Ok(crossing)
     }
 }

@@ -62,6 +62,7 @@ mod near_features;
 mod pair;
 mod projection;
 mod regions;
+mod self_crossings;
 mod separation;
 mod surface_tree;
 mod swept;

@@ -126,7 +126,7 @@ impl Tissue {
     }
 }
 
-/// Finds the pairs of a body's own faces, without a common corner, that would cross at `x`.
+/// Finds the pairs of a body's own faces that would cross at `x`.
 pub(crate) fn self_crossings_at(
     x: &[DVec3],
     tree: &SurfaceTree,

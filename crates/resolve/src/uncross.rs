@@ -181,6 +181,10 @@ impl Tissue {
         let (x, first) = (body.positions(), body.particles().start);
         for i in self.corners(a) {
             for j in self.corners(b) {
+                // A common corner stays where both faces end.
+                let is_common =
+                    |corner| self.corners(a).contains(&corner) && self.corners(b).contains(&corner);
+                let target = if is_common(i) || is_common(j) { 0.0 } else { target };
                 let missing = target - (x[j as usize] - x[i as usize]).dot(normal);
                 let terms = [(i, -1.0), (j, 1.0)].into_iter().filter(|(v, _)| self.is_free(*v));
                 let terms: Terms = terms.map(|(v, weight)| (first + v, weight)).collect();

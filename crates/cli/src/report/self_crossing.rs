@@ -44,7 +44,6 @@ pub(crate) fn self_crossings(scene: &mut Scene) -> Result<Vec<Option<SelfCrossin
 
 impl SelfCrossings {
     fn find(workspace: &mut Workspace, body: &Body) -> Option<Self> {
-        // Faces with a common corner always touch, and their crossings are not told apart.
         // An interruption ends the whole program, so that none is polled here.
         let (mut pairs, mut crossing, mut curve_length) = (Vec::new(), BTreeSet::new(), 0.0);
         for faces in body.tree()?.self_crossings(workspace, Progress::none()).ok()? {

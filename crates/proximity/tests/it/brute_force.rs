@@ -1,6 +1,7 @@
 //! Whole answers beside those of all vertices and faces.
 
 use fixtures::generate::{cases, convex, turned};
+use fixtures::random::Random;
 use fixtures::{Mesh, damage, reference, shapes};
 use glam::DVec3;
 use kdop::Workspace;
@@ -184,20 +185,50 @@ fn nothing_is_inside_a_surface_that_is_declared_open() {
 /// Spikes through others, anywhere along a surface.
 #[test]
 fn crossings_of_a_surface_with_itself_are_those_of_all_faces() {
-    let mut crossings = 0;
+    let (mut crossings, mut at_corners) = (0, 0);
     cases(5, 20, |u| {
         let mut mesh = convex(u)?;
         let pressed = u.choose_index(mesh.positions.len())?;
         mesh.positions[pressed] *= -1.5;
         let found = tree(&mesh).self_crossings(&mut Workspace::default(), Progress::none());
-        let mut expected = reference::self_crossings(&mesh);
-        expected.retain(|[f, g]| {
-            let [f, g] = [f, g].map(|face| mesh.faces[*face as usize]);
-            !f.iter().any(|corner| g.contains(corner))
-        });
+        let expected = reference::self_crossings(&mesh);
+        let common = |[f, g]: [u32; 2]| {
+            let [f, g] = [f, g].map(|face| mesh.faces[face as usize]);
+            f.iter().filter(|corner| g.contains(corner)).count()
+        };
         crossings += expected.len();
+        at_corners += expected.iter().filter(|pair| common(**pair) == 1).count();
         assert_eq!(found, Ok(expected));
         Ok(())
     });
-    assert!(crossings > 50, "{crossings}");
+    assert!(crossings > 50 && at_corners > 10, "{crossings}, {at_corners} of a common corner");
+}
+
+/// Fans about one vertex: once around and flat, folded, twice around, open, and with faces of both sides.
+#[test]
+fn crossings_of_faces_at_a_vertex_are_those_of_all_pairs() {
+    let (mut random, mut with_crossings) = (Random(6), 0);
+    for case in 0..400 {
+        let count = 3 + random.below(7);
+        let turns = f64::from(1 + case % 2);
+        let is_closed = case % 3 > 0;
+        let height = [1e-3, 0.1, 1.0][random.below(3)];
+        let spokes: Vec<f64> = (0..count).map(|_| 0.4 * random.unit()).collect();
+        let step = std::f64::consts::TAU * turns / f64::from(u32::try_from(count).expect("few"));
+        let mut positions = vec![DVec3::ZERO];
+        for (spoke, shift) in (0..).map(f64::from).zip(spokes) {
+            let (sin, cos) = (step * (spoke + shift)).sin_cos();
+            let length = 1.0 + 0.5 * random.unit();
+            positions.push(length * DVec3::new(cos, sin, height * random.unit()));
+        }
+        let spokes = u32::try_from(count).expect("few");
+        let faces = 0..spokes - u32::from(!is_closed);
+        let faces = faces.map(|spoke| [0, 1 + spoke, 1 + (spoke + 1) % spokes]).collect();
+        let mesh = Mesh { positions, faces };
+        let found = tree(&mesh).self_crossings(&mut Workspace::default(), Progress::none());
+        let expected = reference::self_crossings(&mesh);
+        with_crossings += usize::from(!expected.is_empty());
+        assert_eq!(found, Ok(expected), "case {case}");
+    }
+    assert!((50..350).contains(&with_crossings), "{with_crossings}");
 }
