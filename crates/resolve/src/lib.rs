@@ -67,6 +67,7 @@ mod held_overlaps;
 mod infinite;
 mod level_pairs;
 mod limits;
+mod local_displacements;
 mod near_pairs;
 mod occurrences;
 mod params;

@@ -6,8 +6,8 @@ use surface::parallel;
 use surface::progress::Progress;
 
 use crate::exempt::Exempt;
+use crate::local_displacements::{LocalDisplacements, fits};
 use crate::run::Run;
-use crate::warm_start::{LocalDisplacements, fits};
 use crate::{Conditions, Obstacle, Resolution, ResolveError, ResolveParams};
 
 /// Factor on the smoothing length of a start after one that was the same but for it. Near 1, both lead

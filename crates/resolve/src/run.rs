@@ -13,6 +13,7 @@ use crate::detection::{check, clearance, detection_margin};
 use crate::elastic::GapRow;
 use crate::exempt::Exempt;
 use crate::exit_sides::PairMemory;
+use crate::local_displacements::LocalDisplacements;
 use crate::near_pairs::{NearPair, NearPairs};
 use crate::resolution::{
     BodyChange, Obstacle, Remaining, Resolution, deepest, max_bracket, overlaps_in,
@@ -21,7 +22,6 @@ use crate::round::Round;
 use crate::seams::Seams;
 use crate::ties::Ties;
 use crate::tissue::{Tissue, fitted_tree};
-use crate::warm_start::LocalDisplacements;
 use crate::{Conditions, GapRound, ResolveError, ResolveParams};
 
 /// Width of the brackets on depths that decide \[tolerances\]. Below, near-coincident surfaces

@@ -14,7 +14,7 @@ use crate::scene::Unit;
 /// Pairs of faces of one body that cross.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct SelfCrossings {
-    /// Number of pairs; faces with a common corner are not compared.
+    /// Number of pairs.
     count: usize,
     /// Number of faces that cross others.
     faces: usize,
