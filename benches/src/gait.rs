@@ -12,7 +12,7 @@ use glam::{DMat3, DQuat, DVec3};
 use musculo_collide::scene::{DetectorParams, StepDetectors, StepError};
 use musculo_collide::{
     BodyId, BodyKind, CheckParams, Margins, Material, PairContacts, ParticleLoads, Progress,
-    RigidMotion, Scene, SceneStates, SceneStep, StepLength, StepParams,
+    ResolveParams, RigidMotion, Scene, SceneStates, SceneStep, StepLength, StepParams,
 };
 use response::SolverParams;
 use serde_json::Value;
@@ -33,9 +33,6 @@ const STIFFNESS: f64 = 1e4;
 /// Gap up to which contacts are detected, and over which approaches are slowed \[mm\].
 const MARGIN: f64 = 2.0;
 const PROXIMITY: f64 = 0.5;
-
-/// Smallest smoothing length \[mean edges of the soft bodies\], as in the program.
-const SMOOTHING_IN_EDGES: f64 = 1.5;
 
 /// Bones with their maps from rest; the pelvis stays.
 pub(crate) const BONES: [(&str, Option<usize>); 4] = [
@@ -285,8 +282,8 @@ pub(crate) fn thigh(folder: &Path) -> Result<Scene, Box<dyn Error>> {
     Ok(scene)
 }
 
-/// Returns the smoothing length that the program takes by default.
-pub(crate) fn smoothing(scene: &mut Scene) -> Result<f64, Box<dyn Error>> {
+/// Returns the parameters that the program takes by default.
+pub(crate) fn resolve_params(scene: &mut Scene) -> Result<ResolveParams, Box<dyn Error>> {
     let mut deepest = 0.0_f64;
     for pair in scene.check(&CheckParams::without_measures(0.0), Progress::none())? {
         deepest = deepest.max(pair.max_vertex_depth);
@@ -297,5 +294,5 @@ pub(crate) fn smoothing(scene: &mut Scene) -> Result<f64, Box<dyn Error>> {
         length += edges * mean_edge(body.surface(), body.surface().positions(body.positions())?);
         count += edges;
     }
-    Ok(deepest.max(SMOOTHING_IN_EDGES * length / count))
+    Ok(ResolveParams::for_overlaps(deepest, length / count))
 }

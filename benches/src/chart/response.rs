@@ -13,7 +13,7 @@ use std::time::Instant;
 
 use fixtures::{data, thigh};
 use glam::DVec3;
-use musculo_collide::{BodyKind, Progress, ResolveParams, Round, Scene, resolve};
+use musculo_collide::{BodyKind, Progress, Round, Scene, resolve};
 use response::{
     ContactLaw, ContactRows, ContactSystem, ImplicitEuler, LinearParams, Margins, NormalForce,
     ResponseError, SoftContacts, SoftLaw, SolveLevel, SolverMethod, SolverParams, SweepOrder,
@@ -28,7 +28,7 @@ use super::curves::{
 };
 use super::palette;
 use super::sheet::{Settings, Sheet};
-use crate::gait::{smoothing, thigh as real_thigh};
+use crate::gait::{resolve_params, thigh as real_thigh};
 use crate::measure::interleave;
 
 /// Iterations of hard contacts: powers of four up to 4,096.
@@ -237,7 +237,7 @@ fn generated_thigh() -> Result<Scene, Box<dyn Error>> {
 
 /// Removes the overlaps of a scene; returns a row per round.
 fn removal(name: &str, mut scene: Scene) -> Result<Vec<Measurement>, Box<dyn Error>> {
-    let params = ResolveParams::with_smoothing(smoothing(&mut scene)?);
+    let params = resolve_params(&mut scene)?;
 
     // The completed fraction is that of rounds: the first report of each has its time.
     let (start, reports) = (Instant::now(), Mutex::new(Vec::<[f64; 2]>::new()));

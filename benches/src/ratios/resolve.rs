@@ -12,7 +12,7 @@ use musculo_collide::{
     WrittenPrecision,
 };
 
-use crate::gait::{BONES, Motion, smoothing, thigh};
+use crate::gait::{BONES, Motion, resolve_params, thigh};
 use crate::measure::{Report, as_f64};
 
 /// Gap to be opened \[mm\].
@@ -117,7 +117,7 @@ fn place(
 
 /// Returns parameters for the overlaps of a scene as it is.
 fn params(scene: &mut Scene) -> Result<ResolveParams, Box<dyn Error>> {
-    let params = ResolveParams::with_smoothing(smoothing(scene)?);
+    let params = resolve_params(scene)?;
     Ok(ResolveParams { gap: GAP, precision: WrittenPrecision::Single, ..params })
 }
 

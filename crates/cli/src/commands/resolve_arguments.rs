@@ -15,12 +15,13 @@ pub(super) struct ResolveArgs {
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     gap: Option<f64>,
 
-    /// Length along a surface over which a push fades, in the scene's unit [default: the depth of
+    /// Length along a surface over which a push fades, in the scene's unit [default: twice the depth of
     /// the deepest vertex of bodies that cross, and at least 3/2 of the mean edge of the soft bodies]
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     smooth: Option<f64>,
 
-    /// Largest depth of a surface in another body that may remain, in the scene's unit [default: smoothing / 120]
+    /// Largest depth of a surface in another body that may remain, in the scene's unit [default: smoothing / 120, and 1/240
+    /// without --smooth]
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true)]
     tolerance: Option<f64>,
 
@@ -44,21 +45,14 @@ pub(super) struct ResolveArgs {
     rounds: u32,
 }
 
-/// Smoothing length in mean edges of the soft bodies, at least: less leaves dents, more moves
-/// tissue that has no contact.
-const SMOOTHING_IN_EDGES: f64 = 1.5;
-
 impl ResolveArgs {
     /// Returns the parameters, with defaults by the overlaps and the edges of the soft bodies.
     pub(super) fn params(&self, loaded: &mut LoadedScene) -> Result<ResolveParams, Failure> {
-        // A push that fades over less than it is deep turns faces over.
-        let smoothing = match self.smooth {
-            Some(smoothing) => smoothing,
-            None => deepest_vertex(loaded)?.max(SMOOTHING_IN_EDGES * loaded.soft_edge()),
+        // A push that fades over less than it is deep turns faces over. Other lengths follow the smoothing.
+        let default = match self.smooth {
+            Some(smoothing) => ResolveParams::with_smoothing(smoothing),
+            None => ResolveParams::for_overlaps(deepest_vertex(loaded)?, loaded.soft_edge()),
         };
-
-        // Other lengths follow the smoothing, unless they are given.
-        let default = ResolveParams::with_smoothing(smoothing);
         Ok(ResolveParams {
             tolerance: self.tolerance.unwrap_or(default.tolerance),
             gap: self.gap.unwrap_or(0.0),

@@ -100,7 +100,7 @@ fn each_absurd_scene_is_answered_in_words() {
             &[
                 "muscle would leave its limits: moved by 3.758 mm, at most 3.514 mm allowed",
                 "no room: rigid bodies leave 0.1600 mm, the body is 2.000 mm thick",
-                "0.920 to 0.923 mm deep",
+                "0.920 to 0.922 mm deep",
                 "No mesh is written",
             ],
         ),

@@ -413,6 +413,8 @@ fn parts_that_share_nodes_are_cut_at_one_share() {
         "out",
         "--json",
         "o.json",
+        "--smooth",
+        "2.1",
         "--no-report",
         "--keep-going",
     ];
