@@ -78,6 +78,7 @@ pub(crate) fn record<'py>(
             b: scene.body(tie.leader).name(),
             tied: tie.tied,
             crossing: tie.crossing,
+            loose: tie.loose,
         }));
     }
 

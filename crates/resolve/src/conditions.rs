@@ -5,6 +5,8 @@
 //! cross it, follow their closest points on it, as they were at the start. Where the first body is
 //! rigid, vertices of the second follow the first.
 
+use std::collections::BTreeSet;
+
 use glam::DVec3;
 use kdop::Workspace;
 use response::{ParameterError, positive};
@@ -136,13 +138,14 @@ impl Conditions {
         tied
     }
 
-    /// Finds the vertices that follow another body, of those that face it and do not cross it. The
+    /// Finds the vertices that follow another body, of those that face it, do not cross it, and are not loose. The
     /// trees of all bodies are up to date.
     pub(crate) fn tie_bonds(
         &self,
         scene: &Scene,
         tissues: &[Tissue],
         near: &NearPairs,
+        loose: &BTreeSet<(BodyId, u32)>,
     ) -> Result<(Vec<TieBond>, Vec<TiedVertices>), ResolveError> {
         let (mut bonds, mut counts) = (Vec::new(), Vec::new());
         for Tie { bodies: [a, b], distance } in &self.ties {
@@ -153,7 +156,7 @@ impl Conditions {
             }
             let first_is_rigid = tissues[a.index()].is_rigid;
             let (follower, leader) = if first_is_rigid { (*b, *a) } else { (*a, *b) };
-            let sides = TieSides { scene, tissues, near, follower, leader };
+            let sides = TieSides { scene, tissues, near, loose, follower, leader };
 
             // A tie that holds nothing would take the gap from its pair, and give nothing for it.
             let Some(count) = sides.bind(*distance, &mut bonds) else {
@@ -171,6 +174,7 @@ struct TieSides<'a> {
     scene: &'a Scene,
     tissues: &'a [Tissue],
     near: &'a NearPairs,
+    loose: &'a BTreeSet<(BodyId, u32)>,
     follower: BodyId,
     leader: BodyId,
 }
@@ -183,7 +187,8 @@ impl TieSides<'_> {
         let [own, other] = [follower, leader].map(|id| fitted_tree(scene.body(id)));
         let crosses = self.near.crossing_vertices(follower, leader, own.surface());
         let workspace = &mut Workspace::default();
-        let (mut hint, mut count) = (None, TiedVertices { follower, leader, tied: 0, crossing: 0 });
+        let (mut hint, mut count) =
+            (None, TiedVertices { follower, leader, tied: 0, crossing: 0, loose: 0 });
         for (vertex, &x) in (0..).zip(own.positions().as_slice()) {
             let found = other.closest_point(x, distance, hint, workspace);
             let Some(closest) = found else { continue };
@@ -195,6 +200,10 @@ impl TieSides<'_> {
             if faces_away || crosses.contains(&vertex) {
                 let comes_out = !faces_away || self.is_inside(closest.face, away);
                 count.crossing += usize::from(comes_out);
+                continue;
+            }
+            if self.loose.contains(&(follower, vertex)) {
+                count.loose += 1;
                 continue;
             }
             count.tied += 1;

@@ -26,7 +26,7 @@ impl Resolver {
         exempt: &mut Exempt,
         progress: Progress<'_>,
     ) -> Result<Resolution, ResolveError> {
-        let sideless = Exempt { pairs: end.sideless_pairs(), ..Exempt::NONE };
+        let sideless = Exempt { pairs: end.sideless_pairs(), ..exempt.clone() };
         if sideless.pairs.is_empty() || !end.is_left_without(&sideless) {
             return Ok(end);
         }

@@ -68,6 +68,7 @@ mod infinite;
 mod level_pairs;
 mod limits;
 mod local_displacements;
+mod loose_ties;
 mod near_pairs;
 mod occurrences;
 mod params;

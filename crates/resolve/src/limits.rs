@@ -142,7 +142,30 @@ impl Run<'_> {
                 });
             }
         }
+        if !broken.is_empty() {
+            let bodies = broken.iter().map(|broken: &BrokenLimit| broken.body);
+            self.strained_ties = bodies.flat_map(|body| self.ties_at_turned_faces(body)).collect();
+        }
         Ok(broken)
+    }
+
+    /// Lists the tied vertices of a body at faces that are turned over, and next to these.
+    fn ties_at_turned_faces(&self, id: BodyId) -> Vec<(BodyId, u32)> {
+        let (tissue, body) = (&self.tissues[id.index()], self.scene.body(id));
+        let mut vertices = Vec::new();
+        for face in tissue.turned_faces(body.positions(), 0.0) {
+            for corner in tissue.corners(face) {
+                vertices.push(corner);
+                vertices.extend(tissue.links(corner).iter().map(|link| link.neighbor));
+            }
+        }
+        vertices.sort_unstable();
+        vertices.dedup();
+        let first = body.particles().start;
+        let is_tied = |vertex: &u32| {
+            self.ties.is_follower.get((first + vertex) as usize).copied().unwrap_or_default()
+        };
+        vertices.into_iter().filter(is_tied).map(|vertex| (id, vertex)).collect()
     }
 
     /// Lists the bodies that are to be uncrossed and still cross themselves.

@@ -129,6 +129,8 @@ pub struct TiedVertices {
     /// Number of vertices within the distance that do not: they are inside, or of faces that cross the other surface,
     /// and come out.
     pub crossing: usize,
+    /// Number of vertices within the distance that are let go, since faces at them would turn over.
+    pub loose: usize,
 }
 
 /// Vertices of one body that stay where they are.

@@ -1,7 +1,7 @@
 //! Overlap removal of one state, or of one state after another.
 
 use glam::DVec3;
-use scene::{Body, PairReport, Scene};
+use scene::{Body, BodyId, PairReport, Scene};
 use surface::parallel;
 use surface::progress::Progress;
 
@@ -13,6 +13,9 @@ use crate::{Conditions, Obstacle, Resolution, ResolveError, ResolveParams};
 /// Factor on the smoothing length of a start after one that was the same but for it. Near 1, both lead
 /// to the same end; above, more tissue moves than was asked for.
 const LONGER: f64 = 1.5;
+
+/// Length of pushes up to which a further start has shorter ones \[deepest overlaps\]. Above, those are long, too.
+const FAR: f64 = 3.0;
 
 /// Largest number of starts after the first one. Below, deep tissue with short pushes is not freed; above, what has no
 /// way out is refused later.
@@ -66,6 +69,8 @@ pub struct Resolver {
     pub(crate) params: ResolveParams,
     conditions: Conditions,
     pub(crate) carried: Vec<LocalDisplacements>,
+    /// Tied vertices at faces that the last attempt would have turned over.
+    pub(crate) strained_ties: Vec<(BodyId, u32)>,
 }
 
 impl Resolver {
@@ -76,7 +81,8 @@ impl Resolver {
     /// [`ResolveError::Parameter`] for a parameter out of range.
     pub fn new(params: ResolveParams) -> Result<Self, ResolveError> {
         params.validate()?;
-        Ok(Self { params, conditions: Conditions::default(), carried: Vec::new() })
+        let (conditions, carried, strained_ties) = Default::default();
+        Ok(Self { params, conditions, carried, strained_ties })
     }
 
     /// Adds ties and fixed vertices, in place of earlier ones.
@@ -91,8 +97,10 @@ impl Resolver {
     /// added first, unless the scene has other bodies now or is worse off with them. Where they lead to no
     /// end, the state is pushed apart by itself, with displacements that fade over its deepest overlap at least.
     /// Where that leads to none either, and where it was by itself before, it is again, with displacements that
-    /// fade over half as much again each time, until that is one and a half times its deepest overlap.
-    /// Before all that, pairs that no push has a side to take to, as one body in another, are left as they are,
+    /// fade over half as much again each time, until that is one and a half times its deepest overlap, and then over
+    /// less where that is no less than its deepest overlap.
+    /// Before all that, tied vertices are let go at faces that would turn over, where that leaves less, and pairs that
+    /// no push has a side to take to, as one body in another, are left as they are,
     /// where they hold up others. So are those that no round frees where rounds that free others press bodies into each
     /// other anew, and pairs of soft bodies in the end, unless the best state is kept in any case.
     ///
@@ -117,10 +125,11 @@ impl Resolver {
         let rest = soft_positions(scene);
         let mut exempt = Exempt::NONE;
         let mut end = self.attempt(self.params, scene, &carried, &exempt, None, progress)?;
+        end = self.loosen_ties(scene, end, &rest, &mut exempt, progress)?;
         end = self.leave_sideless(scene, end, &rest, &mut exempt, progress)?;
         if may_be_better(&end) {
             // Longer pushes may also take apart what has no side to be pushed to, where nothing else is left.
-            let further = self.longer_pushes(&end, carried.is_empty());
+            let further = self.other_pushes(&end, carried.is_empty());
             let kept = if end.is_left_without(&exempt) { &exempt } else { &Exempt::NONE };
             end = self.start_again(further, scene, end, &rest, kept, progress)?;
         }
@@ -167,10 +176,10 @@ impl Resolver {
     }
 
     /// Returns the parameters of further starts, each with longer pushes, until these are far longer than the deepest
-    /// vertex is deep. Displacements of the last state may lead where no way goes on, and so may short pushes: after a
+    /// vertex is deep, and then with shorter ones, where these are no shorter than that. Displacements of the last state may lead where no way goes on, and so may short pushes: after a
     /// first start that was `alone`, pushes begin a little longer; after others no shorter than the deepest vertex is
     /// deep, since those that an earlier state was given for turn faces over.
-    fn longer_pushes(&self, first_end: &Resolution, alone: bool) -> Vec<ResolveParams> {
+    fn other_pushes(&self, first_end: &Resolution, alone: bool) -> Vec<ResolveParams> {
         // The depth of what another body encloses is not how far it is to come.
         let is_enclosed = |report: &PairReport| {
             let mut remaining = first_end.remaining.iter();
@@ -184,8 +193,10 @@ impl Resolver {
         let asked = self.params.smoothing;
         let first = if alone { LONGER * asked } else { asked.max(depth) };
         let next = |length: &f64| (*length <= LONGER * depth).then_some(LONGER * length);
-        let lengths = std::iter::successors(Some(first), next).take(MAX_FURTHER_STARTS);
-        lengths.map(|smoothing| ResolveParams { smoothing, ..self.params }).collect()
+        let longer = std::iter::successors(Some(first), next).take(MAX_FURTHER_STARTS);
+        let may_be_shorter = asked <= FAR * depth && asked >= LONGER * depth;
+        let shorter = may_be_shorter.then_some(asked / LONGER);
+        longer.chain(shorter).map(|smoothing| ResolveParams { smoothing, ..self.params }).collect()
     }
 
     /// Removes overlaps by some parameters from one start, with some bodies and pairs left as they are, and keeps the displacements
@@ -203,7 +214,10 @@ impl Resolver {
         run.allowed_displacement = self.params.smoothing;
         let result = run.warm_start(carried).and_then(|()| run.complete());
         match &result {
-            Ok(_) => self.carried = run.local_displacements(),
+            Ok(_) => {
+                self.carried = run.local_displacements();
+                self.strained_ties = std::mem::take(&mut run.strained_ties);
+            }
             Err(_) => run.restore()?,
         }
         result

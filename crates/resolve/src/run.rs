@@ -74,6 +74,8 @@ pub(crate) struct Run<'a> {
     /// States that were accepted last.
     pub(crate) accepted_states: VecDeque<AcceptedState>,
     pub(crate) ties: Ties,
+    /// Tied vertices at faces that were turned over in the last state beyond limits.
+    pub(crate) strained_ties: Vec<(BodyId, u32)>,
     /// Particles that take steps as one: those of seams, and while the gap is opened the corners of faces that would turn
     /// over.
     pub(crate) joints: Seams,
@@ -135,7 +137,7 @@ impl<'a> Run<'a> {
             tissue.is_held = exempt.bodies.contains(&tissue.id);
         }
         conditions.uncross(scene, &mut tissues, start)?;
-        let ties = Ties::new(conditions, scene, &mut tissues, &near)?;
+        let ties = Ties::new(conditions, scene, &mut tissues, &near, &exempt.loose)?;
         let mut inverse_masses = Vec::new();
         for tissue in &tissues {
             inverse_masses.extend(tissue.inverse_masses());
@@ -169,6 +171,7 @@ impl<'a> Run<'a> {
             accepted_states: VecDeque::new(),
             joints: ties.seams.clone(),
             turning_faces: Vec::new(),
+            strained_ties: Vec::new(),
             ties,
         };
         match run.begin() {

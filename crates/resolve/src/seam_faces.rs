@@ -97,6 +97,8 @@ mod tests {
     use scene::{BodyKind, PairId};
     use surface::progress::Progress;
 
+    use std::collections::BTreeSet;
+
     use super::*;
     use crate::exempt::Exempt;
     use crate::near_pairs::NearPairs;
@@ -130,7 +132,8 @@ mod tests {
         let params = ResolveParams::with_smoothing(6.0);
         let tissues = Tissue::of_bodies(scene, &params, Progress::none());
         let near = NearPairs::new(scene, &Exempt::NONE);
-        let ties = Ties::new(&conditions, scene, &mut tissues.expect("tissues"), &near);
+        let ties =
+            Ties::new(&conditions, scene, &mut tissues.expect("tissues"), &near, &BTreeSet::new());
         ties.expect("ties").seams.faces(scene)
     }
 

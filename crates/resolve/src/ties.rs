@@ -1,6 +1,8 @@
 //! Ties of a scene: vertices that follow another body, and seams.
 
-use scene::{PairId, Scene};
+use std::collections::BTreeSet;
+
+use scene::{BodyId, PairId, Scene};
 
 use crate::conditions::TieBond;
 use crate::near_pairs::NearPairs;
@@ -29,8 +31,9 @@ impl Ties {
         scene: &Scene,
         tissues: &mut [Tissue],
         near: &NearPairs,
+        loose: &BTreeSet<(BodyId, u32)>,
     ) -> Result<Self, ResolveError> {
-        let (mut bonds, counts) = conditions.tie_bonds(scene, tissues, near)?;
+        let (mut bonds, counts) = conditions.tie_bonds(scene, tissues, near, loose)?;
         let count = scene.bodies().last().map_or(0, |body| body.particles().end);
         let follower = |bond: &TieBond| scene.body(bond.follower).particles().start + bond.vertex;
         let mut is_follower = Vec::new();

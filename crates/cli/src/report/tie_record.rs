@@ -15,22 +15,30 @@ pub(crate) struct TieRecord {
     tied: usize,
     /// Number of vertices within the distance that are not held, since they were in the other body or crossed it.
     crossing: usize,
+    /// Number of vertices within the distance that were let go, since faces at them would turn over.
+    loose: usize,
 }
 
 impl TieRecord {
     pub(super) fn new(count: &TiedVertices, scene: &Scene) -> Self {
         let [a, b] = [count.follower, count.leader].map(|id| scene.body(id).name().to_owned());
-        Self { a, b, tied: count.tied, crossing: count.crossing }
+        Self { a, b, tied: count.tied, crossing: count.crossing, loose: count.loose }
     }
 
     /// Describes a tie that does not hold all vertices within its distance.
     pub(super) fn text(&self) -> Option<String> {
-        let Self { a, b, tied, crossing } = self;
-        (*crossing > 0).then(|| {
-            let (tied, all) = (grouped(*tied), grouped(tied + crossing));
-            format!(
-                "{a} is tied to {b} by {tied} of {all} vertices: the others were in it or crossed it, and are not held"
-            )
+        let &Self { ref a, ref b, tied, crossing, loose } = self;
+        let mut reasons = Vec::new();
+        if crossing > 0 {
+            reasons.push(format!("{} in it or across it", grouped(crossing)));
+        }
+        if loose > 0 {
+            reasons.push(format!("{} at faces that would turn over", grouped(loose)));
+        }
+        (!reasons.is_empty()).then(|| {
+            let (tied, all) = (grouped(tied), grouped(tied + crossing + loose));
+            let others = reasons.join(", and ");
+            format!("{a} is tied to {b} by {tied} of {all} vertices: not by {others}")
         })
     }
 }
