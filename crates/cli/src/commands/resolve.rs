@@ -24,6 +24,7 @@ use crate::report::{
 };
 use crate::scene::{BodyDescription, SceneDescription};
 use crate::stopwatch::Stopwatch;
+use crate::terminal;
 
 /// Push overlapping bodies apart, to a gap, and write their new meshes
 ///
@@ -130,6 +131,9 @@ pub(super) fn run(arguments: &ResolveArguments) -> Result<Finished, Failure> {
         arguments.stage_files(&document, &loaded, &files, &mut outputs)?;
     }
     outputs.stage_json(arguments.json.as_deref(), &document)?;
+    for warning in document.tie_warnings() {
+        terminal::print_line("warning", &warning);
+    }
     let overlaps = document.overlaps_in_files();
     let text = resolution_text(&resolution, &loaded.scene, unit, keep_going, overlaps)
         + &document.to_text();

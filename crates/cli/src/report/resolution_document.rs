@@ -210,6 +210,11 @@ impl ResolutionDocument {
         self.pairs.iter().filter(|pair| pair.status == PairStatus::Overlaps).count()
     }
 
+    /// Returns warnings of ties that hold nothing.
+    pub(crate) fn tie_warnings(&self) -> impl Iterator<Item = String> {
+        self.ties.iter().filter_map(TieRecord::warning)
+    }
+
     /// Writes elements, pairs that fall short with their reasons, and the verdict.
     pub(crate) fn to_text(&self) -> String {
         let mut text = String::new();

@@ -25,6 +25,14 @@ impl TieRecord {
         Self { a, b, tied: count.tied, crossing: count.crossing, loose: count.loose }
     }
 
+    /// Warns of a tie that holds nothing.
+    pub(super) fn warning(&self) -> Option<String> {
+        let Self { a, b, tied, .. } = self;
+        (*tied == 0).then(|| {
+            format!("the tie of '{a}' to '{b}' holds nothing: no vertex within its distance is free of '{b}'")
+        })
+    }
+
     /// Describes a tie that does not hold all vertices within its distance.
     pub(super) fn text(&self) -> Option<String> {
         let &Self { ref a, ref b, tied, crossing, loose } = self;

@@ -163,3 +163,26 @@ fn a_state_beyond_its_limits_is_not_called_another_one() {
         assert!(!run.stdout.contains(wrong), "{}", run.stdout);
     }
 }
+
+/// All of the lower side of a plate is in the bone, and its upper side faces away.
+#[test]
+fn a_tie_that_holds_nothing_is_warned_of() {
+    let workshop = Workshop::new();
+    let side = |sides: DVec3, up: f64| obj(&plate(sides, [6, 6]).translated(up * DVec3::Z));
+    workshop.write("bone.obj", side(DVec3::new(30.0, 30.0, 6.0), -3.0));
+    workshop.write("sunk.obj", side(DVec3::new(20.0, 20.0, 0.8), 0.1));
+    workshop.write(
+        "tied.toml",
+        "[[body]]\nfile = \"bone.obj\"\nkind = \"rigid\"\n[[body]]\nfile = \"sunk.obj\"\n\
+         [[tie]]\na = \"sunk\"\nb = \"bone\"\nwithin = 0.5\n",
+    );
+    let arguments =
+        ["tied.toml", "--gap", "0.05", "--no-report", "--out", "apart", "--json", "o.json"];
+    let run = workshop.run("resolve", &arguments);
+    assert_eq!(run.status, 0, "{}{}", run.stdout, run.stderr);
+    let warning = "warning: the tie of 'sunk' to 'bone' holds nothing";
+    assert!(run.stderr.contains(warning), "{}", run.stderr);
+    assert!(run.stdout.contains("sunk is tied to bone by 0 of "), "{}", run.stdout);
+    let json: serde_json::Value = serde_json::from_str(&workshop.read("o.json")).expect("JSON");
+    assert_eq!((&json["ties"][0]["tied"], &json["ties"][0]["loose"]), (&0.into(), &0.into()));
+}
