@@ -20,7 +20,8 @@ use crate::load::{LoadedScene, SceneArguments};
 use crate::output::{FilePlan, Outputs};
 use crate::phase::Phase;
 use crate::report::{
-    ResolutionDocument, ShownSurfaces, displacement_vtp, displacement_vtu, resolution_text,
+    ResolutionDocument, ShownSurfaces, displacement_vtp, displacement_vtu, pushed_out,
+    resolution_text,
 };
 use crate::scene::{BodyDescription, SceneDescription};
 use crate::stopwatch::Stopwatch;
@@ -131,7 +132,8 @@ pub(super) fn run(arguments: &ResolveArguments) -> Result<Finished, Failure> {
         arguments.stage_files(&document, &loaded, &files, &mut outputs)?;
     }
     outputs.stage_json(arguments.json.as_deref(), &document)?;
-    for warning in document.tie_warnings() {
+    let pushed_out = pushed_out(&resolution, &loaded.scene);
+    for warning in document.tie_warnings().chain(pushed_out) {
         terminal::print_line("warning", &warning);
     }
     let overlaps = document.overlaps_in_files();

@@ -56,7 +56,7 @@ pub(crate) use self::overlap_files::{FileFolder, OverlapShape, stage_overlap_fil
 pub(crate) use self::pair_record::PairRecord;
 pub(crate) use self::range::{FirstContactRecord, RangeDocument};
 pub(crate) use self::range_map::{MapCell, RangeMap};
-pub(crate) use self::resolution::resolution_text;
+pub(crate) use self::resolution::{pushed_out, resolution_text};
 pub(crate) use self::resolution_document::{ElementsRecord, ResolutionDocument};
 pub(crate) use self::resolved::{FrameInfo, ResolvedDocument, ResolvedFrame};
 pub(crate) use self::self_crossing::self_crossings;

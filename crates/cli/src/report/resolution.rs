@@ -11,6 +11,25 @@ use crate::scene::Unit;
 /// Remedy for a pair that nothing moves.
 const IGNORE_PAIR: &str = "[[ignore]] in a scene file leaves the pair out";
 
+/// Names the bodies that were wholly inside another one and are not any more: they may have been meant to be there.
+pub(crate) fn pushed_out(resolution: &Resolution, scene: &Scene) -> Vec<String> {
+    let mut pushed = Vec::new();
+    for report in resolution.before.iter().filter(|report| report.crossing_faces.is_empty()) {
+        let PairId { a, b, .. } = report.pair;
+        let is_left = resolution.remaining.iter().any(|left| left.pair == report.pair);
+        for (id, other, side) in [(a, b, &report.a_against_b), (b, a, &report.b_against_a)] {
+            let [body, outer] = [id, other].map(|id| scene.body(id));
+            if !is_left && side.inside_count == Ok(body.positions().len()) {
+                let (name, outer) = (body.name(), outer.name());
+                pushed.push(format!(
+                    "'{name}' was wholly inside '{outer}', and is pushed out of it: {IGNORE_PAIR}"
+                ));
+            }
+        }
+    }
+    pushed
+}
+
 /// Writes the tables of rounds and bodies, and the remaining pairs with their reasons.
 ///
 /// With `keep_going` the best state is the result, also where it breaks limits. `overlaps_in_files` is the number

@@ -186,3 +186,24 @@ fn a_tie_that_holds_nothing_is_warned_of() {
     let json: serde_json::Value = serde_json::from_str(&workshop.read("o.json")).expect("JSON");
     assert_eq!((&json["ties"][0]["tied"], &json["ties"][0]["loose"]), (&0.into(), &0.into()));
 }
+
+#[test]
+fn a_body_that_is_pushed_out_of_another_is_named() {
+    let workshop = Workshop::new();
+    let tendon = ellipsoid(DVec3::new(1.0, 1.0, 6.0), 3).translated(DVec3::new(5.5, 0.2, 0.1));
+    workshop.write("muscle.obj", obj(&ellipsoid(DVec3::new(8.0, 8.0, 20.0), 3)));
+    workshop.write("tendon.obj", obj(&tendon));
+    let body = |name: &str| format!("[[body]]\nfile = \"{name}.obj\"\n");
+    let scene = body("muscle") + &body("tendon");
+    workshop.write("ignored.toml", scene.clone() + "[[ignore]]\na = \"muscle\"\nb = \"tendon\"\n");
+    workshop.write("scene.toml", scene);
+    let warning =
+        "warning: 'tendon' was wholly inside 'muscle', and is pushed out of it: [[ignore]]";
+    for (name, is_pushed) in [("scene.toml", true), ("ignored.toml", false)] {
+        let run =
+            workshop.run("resolve", &[name, "--gap", "0.05", "--no-report", "--out", "apart"]);
+        assert_eq!(run.status, 0, "{}{}", run.stdout, run.stderr);
+        assert_eq!(run.stderr.contains(warning), is_pushed, "{}", run.stderr);
+        let _ = std::fs::remove_dir_all(workshop.path("apart"));
+    }
+}
