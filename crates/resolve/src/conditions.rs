@@ -138,15 +138,14 @@ impl Conditions {
         tied
     }
 
-    /// Finds the vertices that follow another body, of those that face it, do not cross it, and are not loose. The
+    /// Finds the vertices that follow another body, of those that face it and do not cross it. The
     /// trees of all bodies are up to date.
     pub(crate) fn tie_bonds(
         &self,
         scene: &Scene,
         tissues: &[Tissue],
         near: &NearPairs,
-        loose: &BTreeSet<(BodyId, u32)>,
-    ) -> Result<(Vec<TieBond>, Vec<TiedVertices>), ResolveError> {
+    ) -> Result<TieBonds, ResolveError> {
         let (mut bonds, mut counts) = (Vec::new(), Vec::new());
         for Tie { bodies: [a, b], distance } in &self.ties {
             let name = scene.get(*a)?.name();
@@ -156,7 +155,7 @@ impl Conditions {
             }
             let first_is_rigid = tissues[a.index()].is_rigid;
             let (follower, leader) = if first_is_rigid { (*b, *a) } else { (*a, *b) };
-            let sides = TieSides { scene, tissues, near, loose, follower, leader };
+            let sides = TieSides { scene, tissues, near, follower, leader };
 
             // A tie that holds nothing would take the gap from its pair, and give nothing for it.
             let Some(count) = sides.bind(*distance, &mut bonds) else {
@@ -165,7 +164,52 @@ impl Conditions {
             };
             counts.push(count);
         }
-        Ok((bonds, counts))
+        Ok(TieBonds { bonds, counts })
+    }
+}
+
+/// Vertices that follow another body, with their numbers for each tie.
+#[derive(Clone, Debug)]
+pub(crate) struct TieBonds {
+    pub(crate) bonds: Vec<TieBond>,
+    pub(crate) counts: Vec<TiedVertices>,
+}
+
+impl TieBonds {
+    /// Returns the bonds without those of vertices that have come to be in the other body, or to cross it.
+    pub(crate) fn without_crossing(&self, scene: &Scene, near: &NearPairs) -> Self {
+        let mut crossing = BTreeSet::new();
+        for &TiedVertices { follower, leader, .. } in &self.counts {
+            let vertices = near.crossing_vertices(follower, leader, scene.body(follower).surface());
+            crossing.extend(vertices.into_iter().map(|vertex| (follower, vertex)));
+        }
+        self.without(&crossing, |count| &mut count.crossing)
+    }
+
+    /// Returns the bonds without those of loose vertices.
+    pub(crate) fn without_loose(&self, loose: &BTreeSet<(BodyId, u32)>) -> Self {
+        self.without(loose, |count| &mut count.loose)
+    }
+
+    /// Returns the bonds without those of some vertices, which are counted as others.
+    fn without(
+        &self,
+        vertices: &BTreeSet<(BodyId, u32)>,
+        counter: impl Fn(&mut TiedVertices) -> &mut usize,
+    ) -> Self {
+        let Self { mut bonds, mut counts } = self.clone();
+        bonds.retain(|bond| {
+            let is_held = !vertices.contains(&(bond.follower, bond.vertex));
+            let of_tie = |count: &&mut TiedVertices| {
+                !is_held && (count.follower, count.leader) == (bond.follower, bond.leader)
+            };
+            if let Some(count) = counts.iter_mut().find(of_tie) {
+                count.tied -= 1;
+                *counter(count) += 1;
+            }
+            is_held
+        });
+        Self { bonds, counts }
     }
 }
 
@@ -174,7 +218,6 @@ struct TieSides<'a> {
     scene: &'a Scene,
     tissues: &'a [Tissue],
     near: &'a NearPairs,
-    loose: &'a BTreeSet<(BodyId, u32)>,
     follower: BodyId,
     leader: BodyId,
 }
@@ -200,10 +243,6 @@ impl TieSides<'_> {
             if faces_away || crosses.contains(&vertex) {
                 let comes_out = !faces_away || self.is_inside(closest.face, away);
                 count.crossing += usize::from(comes_out);
-                continue;
-            }
-            if self.loose.contains(&(follower, vertex)) {
-                count.loose += 1;
                 continue;
             }
             count.tied += 1;

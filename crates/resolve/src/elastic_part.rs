@@ -98,7 +98,7 @@ mod tests {
     use fixtures::shapes;
 
     use super::*;
-    use crate::exempt::Exempt;
+
     use crate::run::Run;
     use crate::test_scenes::bone_and_muscle;
     use crate::{Conditions, ResolveParams};
@@ -114,7 +114,7 @@ mod tests {
         let bone = shapes::icosphere(1.0, 1).translated(DVec3::splat(90.0));
         let mut scene = bone_and_muscle(bone, muscle);
         let (params, conditions) = (ResolveParams::with_smoothing(6.0), Conditions::default());
-        let run = Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none());
+        let run = Run::start(&mut scene, params, &conditions);
         let run = run.expect("a run");
         let (tissue, body) = (&run.tissues[1], &run.scene.bodies()[1]);
 

@@ -241,10 +241,9 @@ fn add_openings(rows: &mut [GapRow], displacements: &[DVec3]) {
 mod tests {
     use fixtures::Mesh;
     use scene::{BodyKind, Scene};
-    use surface::progress::Progress;
 
     use super::*;
-    use crate::exempt::Exempt;
+
     use crate::tissue::Tissue;
     use crate::{Conditions, ResolveParams, Tie};
 
@@ -267,9 +266,7 @@ mod tests {
     fn edges_that_came_apart_do_not_cross_again() {
         let (mut scene, conditions) = (crossed_ridges(), Conditions::default());
         let params = ResolveParams::with_smoothing(6.0);
-        let mut run =
-            Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none())
-                .expect("a run");
+        let mut run = Run::start(&mut scene, params, &conditions).expect("a run");
         assert!(run.rounds[0].crossing_faces > 0 && run.rounds[0].max_depth > 0.1);
         for round in 1..6 {
             run.push_elastically().expect("displacements");
@@ -296,9 +293,7 @@ mod tests {
         let ties = vec![Tie { bodies: [upper, cap], distance: f64::MIN_POSITIVE }];
         let conditions = Conditions { ties, ..Conditions::default() };
         let params = ResolveParams::with_smoothing(600.0);
-        let mut run =
-            Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none())
-                .expect("a run");
+        let mut run = Run::start(&mut scene, params, &conditions).expect("a run");
         assert_eq!(run.ties.seams.points().len(), 3);
         let (displacements, mut problem) = (run.displacements(), ElasticProblem::default());
         run.hold_edges(&displacements, &mut problem).expect("rows");
@@ -309,9 +304,7 @@ mod tests {
     fn carried_tissue_moves_no_farther_than_contacts_are_known() {
         let (mut scene, conditions) = (crossed_ridges(), Conditions::default());
         let params = ResolveParams::with_smoothing(6.0);
-        let mut run =
-            Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none())
-                .expect("a run");
+        let mut run = Run::start(&mut scene, params, &conditions).expect("a run");
         let at_rest = run.displacements();
         let steps = vec![DVec3::new(2.0, 1.0, 2.0); at_rest.len()];
         for (is_warm, longest) in [(false, 1.5), (true, 0.9)] {

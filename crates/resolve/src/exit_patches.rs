@@ -258,10 +258,9 @@ fn sample<'v, 'a>(
 mod tests {
     use fixtures::shapes;
     use scene::{BodyKind, PairId, Scene};
-    use surface::progress::Progress;
 
     use super::*;
-    use crate::exempt::Exempt;
+
     use crate::run::Run;
     use crate::tissue::fitted_tree;
     use crate::{Conditions, ResolveParams, Tie};
@@ -285,8 +284,7 @@ mod tests {
             let ties = if is_tied { ties } else { Vec::new() };
             let conditions = Conditions { ties, ..Conditions::default() };
             let params = ResolveParams::with_smoothing(6.0);
-            let run =
-                Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none());
+            let run = Run::start(&mut scene, params, &conditions);
             let mut run = run.expect("a run");
             run.start_round();
             let pair = PairId::new(ids[0], ids[2]);

@@ -250,10 +250,9 @@ mod tests {
 
     use fixtures::shapes;
     use scene::PairId;
-    use surface::progress::Progress;
 
     use super::*;
-    use crate::exempt::Exempt;
+
     use crate::run::Run;
     use crate::test_scenes::bone_and_muscle;
     use crate::{Conditions, ResolveParams};
@@ -269,7 +268,7 @@ mod tests {
         let first = scene.body(muscle).particles().start;
         let params = ResolveParams { gap: 0.2, ..ResolveParams::with_smoothing(6.0) };
         let conditions = Conditions::default();
-        let run = Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none());
+        let run = Run::start(&mut scene, params, &conditions);
         let mut run = run.expect("a run");
         run.start_round();
         let through = |x: &DVec3| if x.z < 0.9 { -DVec3::Z } else { DVec3::ZERO };

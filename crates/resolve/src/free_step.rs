@@ -277,7 +277,7 @@ mod tests {
     use surface::progress::Progress;
 
     use super::*;
-    use crate::exempt::Exempt;
+
     use crate::test_scenes::bone_and_muscle;
     use crate::{Conditions, ResolveParams};
 
@@ -292,7 +292,7 @@ mod tests {
     fn a_block_that_rests_on_a_plate_moves_off_and_not_into_it() {
         let (mut scene, conditions) = (resting_block(DVec3::ZERO), Conditions::default());
         let params = ResolveParams { gap: 0.1, ..ResolveParams::with_smoothing(6.0) };
-        let run = Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none());
+        let run = Run::start(&mut scene, params, &conditions);
         let mut run = run.expect("a run");
         for (step, lowest) in [(-0.05, 0.0), (0.25, 0.25)] {
             let first = run.scene.bodies()[1].particles().start as usize;
@@ -317,7 +317,7 @@ mod tests {
         let at_first = block.positions.clone();
         let mut scene = bone_and_muscle(plate, block);
         let (params, conditions) = (ResolveParams::with_smoothing(6.0), Conditions::default());
-        let run = Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none());
+        let run = Run::start(&mut scene, params, &conditions);
         let mut run = run.expect("a run");
 
         // The tip meets several faces and edges after two thirds of the step; what is far from it meets nothing.

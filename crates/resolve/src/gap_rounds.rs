@@ -408,10 +408,9 @@ impl Tissue {
 mod tests {
     use fixtures::shapes;
     use scene::{BodyKind, Scene};
-    use surface::progress::Progress;
 
     use super::*;
-    use crate::exempt::Exempt;
+
     use crate::{Conditions, ResolveParams, Tie};
 
     /// Rounding to single precision would let what came out of a tied body cross it again.
@@ -433,8 +432,7 @@ mod tests {
                 precision: WrittenPrecision::Single,
                 ..ResolveParams::with_smoothing(6.0)
             };
-            let run =
-                Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none());
+            let run = Run::start(&mut scene, params, &conditions);
             let target = run.expect("a run").tied_target(pair);
             assert_eq!(target > 700.0 * f64::from(f32::EPSILON), overlaps, "{target}");
         }

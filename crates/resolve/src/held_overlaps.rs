@@ -42,10 +42,9 @@ mod tests {
     use fixtures::shapes;
     use glam::{DQuat, DVec3};
     use scene::{BodyKind, Scene};
-    use surface::progress::Progress;
 
     use super::*;
-    use crate::exempt::Exempt;
+
     use crate::{Conditions, ResolveParams};
 
     /// A muscle is .5 deep in a bone, and has another one .02 above it: a gap of 1 finds no room.
@@ -66,8 +65,7 @@ mod tests {
             }
             let params = ResolveParams { gap, ..ResolveParams::with_smoothing(6.0) };
             let conditions = Conditions::default();
-            let run =
-                Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none());
+            let run = Run::start(&mut scene, params, &conditions);
             let mut run = run.expect("a run");
 
             // Turned a little since, as what was uncrossed.

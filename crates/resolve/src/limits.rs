@@ -216,7 +216,7 @@ mod tests {
     use surface::progress::Progress;
 
     use super::*;
-    use crate::exempt::Exempt;
+
     use crate::tissue::Tissue;
     use crate::{Conditions, ResolveParams};
 
@@ -263,7 +263,7 @@ mod tests {
             ..ResolveParams::with_smoothing(6.0)
         };
         let conditions = Conditions::default();
-        let run = Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none());
+        let run = Run::start(&mut scene, params, &conditions);
         let mut run = run.expect("a run");
         for (depth, holds) in [(2.0, true), (4.5, false)] {
             let mut x = rest.clone();
@@ -320,7 +320,7 @@ mod tests {
         let params =
             ResolveParams { gap: 0.05, tolerance: 0.2, ..ResolveParams::with_smoothing(6.0) };
         let conditions = Conditions::default();
-        let run = Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none());
+        let run = Run::start(&mut scene, params, &conditions);
         let mut run = run.expect("a run");
         assert_eq!((run.rounds[0].overlapping_pairs, run.rounds[0].touching_faces > 0), (0, true));
         for (depth, new_pairs) in [(0.1, 0), (0.3, 1)] {

@@ -93,7 +93,7 @@ mod tests {
     fn ties_around_a_face_that_turned_over_are_strained() {
         let (mut scene, conditions, params) = tied_plate();
         let soft = id(&scene, "soft");
-        let run = Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none());
+        let run = Run::start(&mut scene, params, &conditions);
         let mut run = run.expect("a run");
         assert_eq!(run.broken_limits(true).expect("limits"), []);
         assert!(run.strained_ties.is_empty(), "{:?}", run.strained_ties);

@@ -248,10 +248,9 @@ fn round_strain(rounds: usize, params: &ResolveParams) -> f64 {
 mod tests {
     use fixtures::shapes;
     use scene::{BodyKind, Scene};
-    use surface::progress::Progress;
 
     use super::*;
-    use crate::exempt::Exempt;
+
     use crate::{Conditions, Tie};
 
     #[test]
@@ -278,7 +277,7 @@ mod tests {
         let ties = vec![Tie { bodies: [ids[0], ids[1]], distance: f64::MIN_POSITIVE }];
         let conditions = Conditions { ties, ..Conditions::default() };
         let params = ResolveParams::with_smoothing(6.0);
-        let run = Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none());
+        let run = Run::start(&mut scene, params, &conditions);
         let mut run = run.expect("a run");
         run.start_round();
         let islands = run.contact_islands().expect("contacts");

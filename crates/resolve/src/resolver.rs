@@ -5,9 +5,10 @@ use scene::{Body, BodyId, PairReport, Scene};
 use surface::parallel;
 use surface::progress::Progress;
 
+use crate::conditions::TieBonds;
 use crate::exempt::Exempt;
 use crate::local_displacements::{LocalDisplacements, fits};
-use crate::run::Run;
+use crate::run::{Known, Run};
 use crate::{Conditions, Obstacle, Resolution, ResolveError, ResolveParams};
 
 /// Factor on the smoothing length of a start after one that was the same but for it. Near 1, both lead
@@ -69,6 +70,8 @@ pub struct Resolver {
     pub(crate) params: ResolveParams,
     conditions: Conditions,
     pub(crate) carried: Vec<LocalDisplacements>,
+    /// Ties of the first state, which hold in all others.
+    ties: Option<TieBonds>,
     /// Tied vertices at faces that the last attempt would have turned over.
     pub(crate) strained_ties: Vec<(BodyId, u32)>,
 }
@@ -82,19 +85,20 @@ impl Resolver {
     pub fn new(params: ResolveParams) -> Result<Self, ResolveError> {
         params.validate()?;
         let (conditions, carried, strained_ties) = Default::default();
-        Ok(Self { params, conditions, carried, strained_ties })
+        Ok(Self { params, conditions, carried, ties: None, strained_ties })
     }
 
     /// Adds ties and fixed vertices, in place of earlier ones.
     #[must_use]
     pub fn with_conditions(self, conditions: Conditions) -> Self {
-        Self { conditions, ..self }
+        Self { conditions, ties: None, ..self }
     }
 
     /// Pushes apart the bodies of a scene that overlap, as [`resolve`] does.
     ///
     /// The scene's positions are those without any push. Displacements of the last state are
-    /// added first, unless the scene has other bodies now or is worse off with them. Where they lead to no
+    /// added first, unless the scene has other bodies now or is worse off with them, and ties hold the vertices that
+    /// they held in the first state. Where they lead to no
     /// end, the state is pushed apart by itself, with displacements that fade over its deepest overlap at least.
     /// Where that leads to none either, and where it was by itself before, it is again, with displacements that
     /// fade over half as much again each time, until that is one and a half times its deepest overlap, and then over
@@ -121,6 +125,7 @@ impl Resolver {
         let mut carried = std::mem::take(&mut self.carried);
         if !fits(&carried, scene) {
             carried.clear();
+            self.ties = None;
         }
         let rest = soft_positions(scene);
         let mut exempt = Exempt::NONE;
@@ -210,7 +215,11 @@ impl Resolver {
         before: Option<&[PairReport]>,
         progress: Progress<'_>,
     ) -> Result<Resolution, ResolveError> {
-        let mut run = Run::new(scene, params, &self.conditions, exempt, before, progress)?;
+        let known = Known { before, ties: self.ties.as_ref() };
+        let mut run = Run::new(scene, params, &self.conditions, exempt, known, progress)?;
+        if self.ties.is_none() {
+            self.ties = Some(run.ties.all.clone());
+        }
         run.allowed_displacement = self.params.smoothing;
         let result = run.warm_start(carried).and_then(|()| run.complete());
         match &result {

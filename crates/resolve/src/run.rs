@@ -9,6 +9,7 @@ use scene::{BodyId, BodyMove, DepthBracket, PairId, PairOverlap, PairReport, Sce
 use surface::parallel;
 use surface::progress::{Interrupted, Progress};
 
+use crate::conditions::TieBonds;
 use crate::detection::{check, clearance, detection_margin};
 use crate::elastic::GapRow;
 use crate::exempt::Exempt;
@@ -92,15 +93,37 @@ pub(crate) struct AcceptedState {
     pub(crate) positions: Vec<Vec<DVec3>>,
 }
 
+/// Properties of a start that are known from others.
+#[derive(Clone, Copy)]
+pub(crate) struct Known<'a> {
+    /// Overlaps without any displacement.
+    pub(crate) before: Option<&'a [PairReport]>,
+    /// Ties of the first state.
+    pub(crate) ties: Option<&'a TieBonds>,
+}
+
+#[cfg(test)]
 impl<'a> Run<'a> {
-    /// Detects all overlaps at the start, unless they are known from `before`. Bodies that are `exempt`
+    /// Begins a run of which nothing is known, and nothing is exempt.
+    pub(crate) fn start(
+        scene: &'a mut Scene,
+        params: ResolveParams,
+        conditions: &Conditions,
+    ) -> Result<Self, ResolveError> {
+        let known = Known { before: None, ties: None };
+        Self::new(scene, params, conditions, &Exempt::NONE, known, Progress::none())
+    }
+}
+
+impl<'a> Run<'a> {
+    /// Detects all overlaps at the start, unless they are `known`. Bodies that are `exempt`
     /// stay there, and pairs are left as they are.
     pub(crate) fn new(
         scene: &'a mut Scene,
         params: ResolveParams,
         conditions: &Conditions,
         exempt: &Exempt,
-        before: Option<&[PairReport]>,
+        known: Known<'_>,
         progress: Progress<'a>,
     ) -> Result<Self, ResolveError> {
         // Steps that change no coordinate move nothing.
@@ -118,7 +141,7 @@ impl<'a> Run<'a> {
         // Overlaps at the start, by which later rounds are judged.
         let margin = detection_margin(&params);
         let start = progress.part(0.0, 0.0);
-        let before = match before {
+        let before = match known.before {
             Some(before) => before.to_vec(),
             None => check(scene, margin, params.tolerance, start)?,
         };
@@ -137,7 +160,7 @@ impl<'a> Run<'a> {
             tissue.is_held = exempt.bodies.contains(&tissue.id);
         }
         conditions.uncross(scene, &mut tissues, start)?;
-        let ties = Ties::new(conditions, scene, &mut tissues, &near, &exempt.loose)?;
+        let ties = Ties::new(conditions, scene, &mut tissues, &near, &exempt.loose, known.ties)?;
         let mut inverse_masses = Vec::new();
         for tissue in &tissues {
             inverse_masses.extend(tissue.inverse_masses());

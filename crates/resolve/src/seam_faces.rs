@@ -132,8 +132,14 @@ mod tests {
         let params = ResolveParams::with_smoothing(6.0);
         let tissues = Tissue::of_bodies(scene, &params, Progress::none());
         let near = NearPairs::new(scene, &Exempt::NONE);
-        let ties =
-            Ties::new(&conditions, scene, &mut tissues.expect("tissues"), &near, &BTreeSet::new());
+        let ties = Ties::new(
+            &conditions,
+            scene,
+            &mut tissues.expect("tissues"),
+            &near,
+            &BTreeSet::new(),
+            None,
+        );
         ties.expect("ties").seams.faces(scene)
     }
 

@@ -354,10 +354,9 @@ fn mean_of_different(vectors: impl Iterator<Item = DVec3> + Clone) -> Option<DVe
 mod tests {
     use fixtures::shapes;
     use scene::BodyKind;
-    use surface::progress::Progress;
 
     use super::*;
-    use crate::exempt::Exempt;
+
     use crate::run::Run;
     use crate::{Conditions, ResolveParams, Tie};
 
@@ -393,7 +392,7 @@ mod tests {
         let bone = shapes::cube(0.5).translated(DVec3::new(-0.9, 0.1, -2.0));
         let (mut scene, conditions) = two_cubes(bone);
         let params = ResolveParams { gap: 0.1, ..ResolveParams::with_smoothing(6.0) };
-        let run = Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none());
+        let run = Run::start(&mut scene, params, &conditions);
         let mut run = run.expect("a run");
         let mut displacements = vec![DVec3::ZERO; run.inverse_masses.len()];
         displacements[..16].fill(DVec3::new(0.0, 0.0, -1.5));
@@ -409,8 +408,7 @@ mod tests {
             let bone = shapes::cube(0.5).translated(DVec3::new(x, 0.1, -1.1));
             let (mut scene, conditions) = two_cubes(bone);
             let params = ResolveParams { gap: 0.1, ..ResolveParams::with_smoothing(6.0) };
-            let run =
-                Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none());
+            let run = Run::start(&mut scene, params, &conditions);
             let mut run = run.expect("a run");
             run.push().expect("a push");
             run.move_soft(Tissue::pushed).expect("positions");
@@ -425,7 +423,7 @@ mod tests {
         let bone = shapes::cube(0.5).translated(9.0 * DVec3::Z);
         let (mut scene, conditions) = two_cubes(bone);
         let params = ResolveParams { gap: 0.1, ..ResolveParams::with_smoothing(6.0) };
-        let run = Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none());
+        let run = Run::start(&mut scene, params, &conditions);
         let mut run = run.expect("a run");
         let up = |x: &DVec3| *x + 0.5 * DVec3::Z;
         let is_left = |tissue: &Tissue| tissue.id.index() == 0;
@@ -445,7 +443,7 @@ mod tests {
         conditions.unrounded = scene.find("right").into_iter().collect();
         let precision = crate::WrittenPrecision::Single;
         let params = ResolveParams { gap: 0.1, precision, ..ResolveParams::with_smoothing(6.0) };
-        let run = Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none());
+        let run = Run::start(&mut scene, params, &conditions);
         let mut run = run.expect("a run");
         let aside = |x: &DVec3| *x + DVec3::splat(0.1);
         run.move_soft(|_, x| Some(x.iter().map(aside).collect())).expect("positions");
@@ -465,7 +463,7 @@ mod tests {
         let [left, bone] = ["left", "bone"].map(|name| scene.find(name).expect("a body"));
         conditions.ties.push(Tie { bodies: [left, bone], distance: 0.2 });
         let params = ResolveParams::with_smoothing(6.0);
-        let run = Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none());
+        let run = Run::start(&mut scene, params, &conditions);
         let mut run = run.expect("a run");
         for tissue in &mut run.tissues[..2] {
             tissue.u.fill(DVec3::X);

@@ -171,7 +171,7 @@ mod tests {
     use surface::progress::Progress;
 
     use crate::detection::clearance;
-    use crate::exempt::Exempt;
+
     use crate::run::Run;
     use crate::test_scenes::bone_and_muscle;
     use crate::{Conditions, ResolveParams, WrittenPrecision};
@@ -181,7 +181,7 @@ mod tests {
     fn settled(bone: Mesh, muscle: Mesh, longest_way: f64, out: f64, is_tied: bool) -> f64 {
         let mut scene = bone_and_muscle(bone, muscle);
         let (params, conditions) = (ResolveParams::with_smoothing(6.0), Conditions::default());
-        let run = Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none());
+        let run = Run::start(&mut scene, params, &conditions);
         let mut run = run.expect("a run");
         run.longest_way = longest_way;
         let bodies = [0, 1].map(|number| run.tissues[number].id);
@@ -235,7 +235,7 @@ mod tests {
             ..ResolveParams::with_smoothing(6.0)
         };
         let conditions = Conditions::default();
-        let run = Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none());
+        let run = Run::start(&mut scene, params, &conditions);
         let mut run = run.expect("a run");
         run.longest_way = 1.0;
         let out = |x: &DVec3| *x + 10.0 * DVec3::Z;

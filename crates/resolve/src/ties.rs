@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use scene::{BodyId, PairId, Scene};
 
-use crate::conditions::TieBond;
+use crate::conditions::{TieBond, TieBonds};
 use crate::near_pairs::NearPairs;
 use crate::seams::Seams;
 use crate::tissue::Tissue;
@@ -14,6 +14,8 @@ use crate::{Conditions, ResolveError, TiedVertices};
 pub(crate) struct Ties {
     /// Pairs that are tied, ascending.
     pub(crate) pairs: Vec<PairId>,
+    /// All bonds, those of loose vertices and seams among them.
+    pub(crate) all: TieBonds,
     /// Vertices that each tie holds, and those that it does not.
     pub(crate) counts: Vec<TiedVertices>,
     /// Vertices that follow a point of another body from a distance, or of a rigid one.
@@ -25,15 +27,21 @@ pub(crate) struct Ties {
 }
 
 impl Ties {
-    /// Finds the vertices that follow another body, and fixes those at one place with fixed ones.
+    /// Finds the vertices that follow another body but for loose ones, unless they are `known` from an earlier state, and
+    /// fixes those at one place with fixed ones.
     pub(crate) fn new(
         conditions: &Conditions,
         scene: &Scene,
         tissues: &mut [Tissue],
         near: &NearPairs,
         loose: &BTreeSet<(BodyId, u32)>,
+        known: Option<&TieBonds>,
     ) -> Result<Self, ResolveError> {
-        let (mut bonds, counts) = conditions.tie_bonds(scene, tissues, near, loose)?;
+        let all = match known {
+            Some(known) => known.without_crossing(scene, near),
+            None => conditions.tie_bonds(scene, tissues, near)?,
+        };
+        let TieBonds { mut bonds, counts } = all.without_loose(loose);
         let count = scene.bodies().last().map_or(0, |body| body.particles().end);
         let follower = |bond: &TieBond| scene.body(bond.follower).particles().start + bond.vertex;
         let mut is_follower = Vec::new();
@@ -45,6 +53,6 @@ impl Ties {
         let seams = Seams::new(scene, &bonds);
         bonds.retain(|bond| bond.corner_at_follower(scene).is_none());
         seams.fix(scene, tissues);
-        Ok(Self { pairs: conditions.tied_pairs(), counts, bonds, seams, is_follower })
+        Ok(Self { pairs: conditions.tied_pairs(), all, counts, bonds, seams, is_follower })
     }
 }

@@ -27,9 +27,7 @@ impl Run<'_> {
 mod tests {
     use fixtures::shapes;
     use glam::DVec3;
-    use surface::progress::Progress;
 
-    use crate::exempt::Exempt;
     use crate::run::Run;
     use crate::test_scenes::bone_and_muscle;
     use crate::{Conditions, ResolveParams};
@@ -52,7 +50,7 @@ mod tests {
         let params =
             ResolveParams { gap: 0.05, max_strain: 10.0, ..ResolveParams::with_smoothing(6.0) };
         let conditions = Conditions::default();
-        let run = Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none());
+        let run = Run::start(&mut scene, params, &conditions);
         let mut run = run.expect("a run");
         run.move_soft(|tissue, _| (!tissue.is_rigid).then(|| x.clone())).expect("positions");
         let turned = |run: &Run<'_>, limit: f64| {

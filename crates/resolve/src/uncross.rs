@@ -228,7 +228,7 @@ mod tests {
     use surface::progress::Progress;
 
     use super::*;
-    use crate::exempt::Exempt;
+
     use crate::test_scenes::bone_and_muscle;
     use crate::{Conditions, ResolveParams, Tie};
 
@@ -240,7 +240,7 @@ mod tests {
         let mut x = muscle.positions.clone();
         let mut scene = bone_and_muscle(bone, muscle);
         let (params, conditions) = (ResolveParams::with_smoothing(6.0), Conditions::default());
-        let run = Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none());
+        let run = Run::start(&mut scene, params, &conditions);
         let mut run = run.expect("a run");
         for x in x.iter_mut().filter(|x| x.z > 0.0 && x.truncate().length() < 3.0) {
             x.z -= 4.2;
@@ -271,7 +271,7 @@ mod tests {
         let bone = shapes::cube(1.0).translated(DVec3::Z * -9.0);
         let mut scene = bone_and_muscle(bone, plate.clone().joined(&standing));
         let (params, conditions) = (ResolveParams::with_smoothing(6.0), Conditions::default());
-        let run = Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none());
+        let run = Run::start(&mut scene, params, &conditions);
         let mut run = run.expect("a run");
         assert_eq!(run.crossing_faces(1).expect("faces"), Vec::<[u32; 2]>::new());
 
@@ -295,8 +295,7 @@ mod tests {
             let bone = shapes::cube(1.0).translated(DVec3::Z * -9.0);
             let mut scene = bone_and_muscle(bone, muscle.clone());
             let (params, conditions) = (ResolveParams::with_smoothing(6.0), Conditions::default());
-            let run =
-                Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none());
+            let run = Run::start(&mut scene, params, &conditions);
             let mut run = run.expect("a run");
             let (mut random, mut x) = (Random(seed), muscle.positions.clone());
             for x in x.iter_mut().filter(|x| x.z > 0.0 && x.truncate().length() < 2.5) {
@@ -336,7 +335,7 @@ mod tests {
             max_strain: 100.0,
             ..ResolveParams::with_smoothing(6.0)
         };
-        let run = Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none());
+        let run = Run::start(&mut scene, params, &conditions);
         let mut run = run.expect("a run");
         run.move_soft(|_, _| Some(x.clone())).expect("positions");
         run.record().expect("a round");
@@ -359,7 +358,7 @@ mod tests {
         let ties = vec![Tie { bodies, distance: f64::MIN_POSITIVE }];
         let conditions = Conditions { ties, ..Conditions::default() };
         let params = ResolveParams::with_smoothing(6.0);
-        let run = Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none());
+        let run = Run::start(&mut scene, params, &conditions);
         let mut run = run.expect("a run");
         let pressed = |x: &DVec3| {
             let is_pressed = x.z > 0.0 && x.distance(DVec3::new(-2.0, 0.0, x.z)) < 1.5;

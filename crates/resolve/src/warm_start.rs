@@ -88,10 +88,9 @@ mod tests {
     use fixtures::shapes;
     use glam::DVec3;
     use scene::BodyKind;
-    use surface::progress::Progress;
 
     use super::*;
-    use crate::exempt::Exempt;
+
     use crate::run::Run;
     use crate::test_scenes::bone_and_muscle;
     use crate::{Conditions, ResolveParams};
@@ -111,8 +110,7 @@ mod tests {
 
         for (up, is_kept) in [(3.1, true), (-1.0, false)] {
             let (params, conditions) = (ResolveParams::with_smoothing(6.0), Conditions::default());
-            let run =
-                Run::new(&mut scene, params, &conditions, &Exempt::NONE, None, Progress::none());
+            let run = Run::start(&mut scene, params, &conditions);
             let mut run = run.expect("a run");
             let mut carried = Vec::new();
             for tissue in &run.tissues {

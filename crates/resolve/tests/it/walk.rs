@@ -2,7 +2,7 @@
 
 use fixtures::shapes;
 use glam::DVec3;
-use resolve::{ResolveParams, Resolver};
+use resolve::{Conditions, ResolveParams, Resolver, Tie};
 use scene::BodyKind;
 use surface::progress::Progress;
 
@@ -64,4 +64,43 @@ fn tissue_comes_after_a_bone_that_goes_back() {
             assert!(moved <= 1.15 * f64::max(depth, 0.0) + 0.3, "{depth} in, {moved} out");
         }
     }
+}
+
+/// Cartilage is near a bone in the first state, and farther from it than its tie reaches in the next ones, in which
+/// another bone presses it: what was tied at first stays.
+#[test]
+fn ties_hold_what_they_held_in_the_first_state() {
+    let bone = shapes::plate(DVec3::new(30.0, 30.0, 4.0), [9, 9]).translated(-2.0 * DVec3::Z);
+    let cartilage = shapes::plate(DVec3::new(20.0, 20.0, 1.0), [20, 20]);
+    let cartilage = cartilage.translated(0.6 * DVec3::Z);
+    let mut scene = scene_of([
+        ("bone", BodyKind::Rigid, bone),
+        ("cartilage", BodyKind::Deformable, cartilage.clone()),
+        ("ball", BodyKind::Rigid, shapes::icosphere(4.0, 3).translated(20.0 * DVec3::Z)),
+    ]);
+    let ids: Vec<_> = scene.ids().collect();
+    let ties = vec![Tie { bodies: [ids[1], ids[0]], distance: 0.2 }];
+    let params = ResolveParams { gap: 0.05, ..ResolveParams::with_smoothing(4.0) };
+    let conditions = Conditions { ties, ..Conditions::default() };
+    let mut walk = Resolver::new(params).expect("parameters").with_conditions(conditions);
+    for (up, ball_height) in [(0.0, 20.0), (0.5, 5.8), (1.0, 6.2)] {
+        let lifted: Vec<DVec3> = cartilage.positions.iter().map(|x| *x + up * DVec3::Z).collect();
+        let ball = shapes::icosphere(4.0, 3).translated(ball_height * DVec3::Z);
+        scene.move_body(ids[1], &lifted).expect("a place");
+        scene.move_body(ids[2], &ball.positions).expect("a place");
+        let end = walk.resolve(&mut scene, Progress::none()).expect("a resolution");
+        assert_eq!((end.ties[0].tied, end.ties[0].crossing), (21 * 21, 0), "{up}");
+        assert!(end.resolved, "{up}: {:?}", end.remaining);
+        let lower = |x: &&DVec3| x.z < 0.3 + up;
+        let held = scene.body(ids[1]).positions().iter().filter(lower);
+        assert!(held.clone().count() >= 21 * 21, "{up}");
+        assert!(held.clone().all(|x| (x.z - 0.1 - up).abs() < 0.02), "{up}");
+    }
+
+    // Sunk in the bone, it comes out.
+    let sunk: Vec<DVec3> = cartilage.positions.iter().map(|x| *x - 0.4 * DVec3::Z).collect();
+    scene.move_body(ids[1], &sunk).expect("a place");
+    let end = walk.resolve(&mut scene, Progress::none()).expect("a resolution");
+    assert!(end.resolved && end.ties[0].tied == 0, "{:?} {:?}", end.ties, end.remaining);
+    assert_eq!(end.ties[0].crossing, 21 * 21);
 }
