@@ -20,8 +20,9 @@ use crate::motion::{Motion, MotionArgs, Replay};
 use crate::output::{FilePlan, Outputs};
 use crate::phase::Phase;
 use crate::report::{
-    FileFolder, FrameRecord, LongTable, MotionDocument, PairContact, PairRecord, Recording, Series,
-    StepRecord, TableFrame, depth_vtp, motion_chart, motion_page, stage_contact_files,
+    FileFolder, FrameRecord, LongTable, MotionDocument, PairContact, PairJointContact, PairRecord,
+    Recording, Series, StepRecord, TableFrame, depth_vtp, motion_chart, motion_page,
+    stage_contact_files,
 };
 use crate::scene::SceneDescription;
 use crate::stopwatch::Stopwatch;
@@ -114,8 +115,8 @@ pub(crate) struct MotionArguments {
     #[arg(long, value_name = "FILE.html", conflicts_with = "resolve")]
     report: Option<PathBuf>,
 
-    /// Write every number of every pair and frame as a long table (.csv): subject, frame, time, a,
-    /// b, measure, value
+    /// Write every number of the pairs that overlap, meet or are in joint contact, frame by frame, as a long
+    /// table (.csv): subject, frame, time, a, b, measure, value
     #[arg(long, value_name = "FILE.csv", conflicts_with = "resolve")]
     table: Option<PathBuf>,
 
@@ -359,6 +360,7 @@ impl Walk<'_> {
         }
 
         self.add_pairs(frame, reports)?;
+        self.add_joint_contacts(frame, &contacts)?;
         if let Some(recording) = &mut self.recording {
             recording.add(self.replay.time(frame), self.scene, reports);
         }
@@ -376,6 +378,20 @@ impl Walk<'_> {
         let at = TableFrame { frame, time: self.replay.time(frame) };
         for report in reports {
             table.add_pair(at, &PairRecord::new(report, self.scene))?;
+        }
+        Ok(())
+    }
+
+    /// Adds the joint contacts of a frame to the table.
+    fn add_joint_contacts(
+        &mut self,
+        frame: usize,
+        contacts: &[PairContact],
+    ) -> Result<(), Failure> {
+        let Some(table) = &mut self.table else { return Ok(()) };
+        let at = TableFrame { frame, time: self.replay.time(frame) };
+        for contact in contacts {
+            table.add_pair(at, &PairJointContact::new(contact, self.scene))?;
         }
         Ok(())
     }

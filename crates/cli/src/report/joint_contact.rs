@@ -36,6 +36,21 @@ pub(crate) struct JointContactRecord {
     pub(crate) of_b: SurfaceContact,
 }
 
+/// Joint contact of a pair, as it stands in the record of the pair.
+#[derive(Debug, Serialize)]
+pub(crate) struct PairJointContact {
+    a: String,
+    b: String,
+    joint_contact: JointContactRecord,
+}
+
+impl PairJointContact {
+    pub(crate) fn new(contact: &PairContact, scene: &Scene) -> Self {
+        let [a, b] = scene.names(contact.pair).map(str::to_owned);
+        Self { a, b, joint_contact: JointContactRecord::new(contact, scene) }
+    }
+}
+
 impl JointContactRecord {
     pub(super) fn new(contact: &PairContact, scene: &Scene) -> Self {
         let ([a, b], [of_a, of_b]) = (scene.names(contact.pair), &contact.sides);

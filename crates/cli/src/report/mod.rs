@@ -46,7 +46,7 @@ pub(crate) use self::division::divisions;
 pub(crate) use self::document::{BodyRecord, CheckDocument};
 pub(crate) use self::field::{BuiltRecord, FieldRecord};
 pub(crate) use self::gallery::Gallery;
-pub(crate) use self::joint_contact::{PairContact, stage_contact_files};
+pub(crate) use self::joint_contact::{PairContact, PairJointContact, stage_contact_files};
 pub(crate) use self::long_table::{LongTable, TableFrame};
 pub(crate) use self::medial::MedialRecord;
 pub(crate) use self::motion::{FrameRecord, MotionDocument, StepRecord, rest_text};

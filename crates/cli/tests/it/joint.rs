@@ -8,6 +8,8 @@ use fixtures::shapes::{cube, icosphere};
 use glam::DVec3;
 use serde_json::Value;
 
+const THIGH: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../fixtures/thigh/scene.toml");
+
 const RADIUS: f64 = 10.0;
 
 /// Modulus, Poisson's ratio and thickness of the elastic layer.
@@ -216,4 +218,28 @@ fn parameters_out_of_range_are_refused() {
         (&["--foundation", "5,0.4,2"], "--joint-contact"),
     ];
     workshop.refuses("check", &cases, &["ball.obj", "ground.obj", "--json", "o.json"]);
+}
+
+#[test]
+fn the_table_of_a_motion_has_the_joint_contact_of_each_frame() {
+    let workshop = Workshop::new();
+    let arguments = [THIGH, "--joint-contact", "0.5", "--table", "m.csv", "--json", "m.json"];
+    let run = workshop.run("motion", &arguments);
+    assert_eq!(run.status, 1, "{}", run.stderr);
+    let document: Value = serde_json::from_str(&workshop.read("m.json")).expect("JSON");
+    let table = workshop.read("m.csv");
+    for frame in document["frames"].as_array().expect("frames") {
+        let contacts = frame["joint_contact"].as_array().expect("contacts");
+        let start = format!(",{},", frame["frame"]);
+        let areas = table.lines().filter(|line| {
+            line.contains(&start) && line.contains("joint_contact.of_") && line.contains(".area,")
+        });
+        let areas: Vec<f64> = areas
+            .map(|line| line.rsplit(',').next().expect("a value").parse().expect("a number"))
+            .collect();
+        let expected: Vec<f64> =
+            contacts.iter().map(|contact| contact["area"].as_f64().expect("an area")).collect();
+        assert_eq!(areas, expected, "{start}");
+        assert!(!areas.is_empty(), "{start}");
+    }
 }
