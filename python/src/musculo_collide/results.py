@@ -445,6 +445,8 @@ class TiedVertices(Record):
     tied: int
     crossing: int
     """Vertices within the distance that are not held, since they were in the other body or crossed it."""
+    loose: int
+    """Vertices within the distance that are not held, since faces at them would turn over."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
