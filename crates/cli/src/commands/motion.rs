@@ -26,6 +26,7 @@ use crate::report::{
 };
 use crate::scene::SceneDescription;
 use crate::stopwatch::Stopwatch;
+use crate::terminal;
 
 /// Options of a run that checks frames and sweeps from each to the next.
 ///
@@ -69,7 +70,7 @@ the quaternion:
   time,body,qw,qx,qy,qz,x,y,z
 OpenSim tables (.sto, .mot) are those of its analysis BodyKinematics. With --meshes first-pose the
 meshes of the scene stand as the first row has them; with --meshes body they stand in the frames of
-their bodies.
+their bodies, whose origins are taken to be the positions of the table: without a model, mass centers.
 
 Of an OpenSim model the meshes are taken that hang on bodies, with their scale and offset, where they
 are at hand beside the model or in its folder Geometry. Each follows its body of the table, whose
@@ -156,6 +157,9 @@ pub(super) fn run(arguments: &MotionArguments) -> Result<Finished, Failure> {
     let mut loaded = LoadedScene::load(description)?;
     let motion = arguments.follow.params(&loaded.description)?;
     let replay = Motion::replay(&path, &motion, &loaded.scene)?;
+    if let Some(warning) = motion.mass_center_warning(&path, &loaded.description) {
+        terminal::print_line("warning", &warning);
+    }
     if arguments.report.is_some() && replay.max_maps() > Recording::MAX_MAPS {
         let (segments, most) = (replay.max_maps(), Recording::MAX_MAPS);
         let problem = format!("the skin has {segments} segments, but a page shows {most} at most");

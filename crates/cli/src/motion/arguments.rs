@@ -1,6 +1,7 @@
 //! Settings of a motion: units and frames of tables, names of bodies.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use clap::Args;
 
@@ -47,6 +48,27 @@ impl MotionParams {
         }
         let meshes = if scene.is_model { MeshFrame::Body } else { MeshFrame::FirstPose };
         Self { scene_unit: scene.unit, follows, meshes, ..Self::default() }
+    }
+}
+
+impl MotionParams {
+    /// Warns of meshes in the frames of bodies that an OpenSim table moves, where no model has the mass centers.
+    pub(crate) fn mass_center_warning(
+        &self,
+        path: &Path,
+        scene: &SceneDescription,
+    ) -> Option<String> {
+        let extension = path.extension().map(|extension| extension.to_ascii_lowercase());
+        let is_of_opensim =
+            extension.is_some_and(|extension| extension == "sto" || extension == "mot");
+        let takes_origins = is_of_opensim && self.meshes == MeshFrame::Body && !scene.is_model;
+        takes_origins.then(|| {
+            format!(
+                "{}: its positions are taken for the origins of bodies, in whose frames the meshes stand, but those of \
+                 BodyKinematics are mass centers: the model (.osim) has both",
+                path.display()
+            )
+        })
     }
 }
 

@@ -49,6 +49,17 @@ fn tables_of_poses_replay_as_maps_do() {
         assert_eq!(step["pairs"][0]["passes_through"], true);
     }
 
+    // In the frames of bodies, positions of mass centers are no origins, as those of a camera may be.
+    for (file, meshes, is_warned) in
+        [("down.sto", "body", true), ("down.sto", "first-pose", false), ("down.csv", "body", false)]
+    {
+        let arguments =
+            ["scene.toml", "--motion", file, "--follow", "needle=n", "--meshes", meshes];
+        let run = workshop.run("motion", &arguments);
+        let warning = "down.sto: its positions are taken for the origins of bodies";
+        assert_eq!(run.stderr.contains(warning), is_warned, "{file} {meshes}: {}", run.stderr);
+    }
+
     // The scene file may have the name instead; lengths in another unit are another motion.
     let follows = workshop
         .read("scene.toml")
