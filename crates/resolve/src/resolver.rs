@@ -221,9 +221,10 @@ impl Resolver {
             self.ties = Some(run.ties.all.clone());
         }
         run.allowed_displacement = self.params.smoothing;
-        let result = run.warm_start(carried).and_then(|()| run.complete());
-        match &result {
-            Ok(_) => {
+        let mut result = run.warm_start(carried).and_then(|()| run.complete());
+        match &mut result {
+            Ok(end) => {
+                end.is_continued &= !run.is_turned_back(carried);
                 self.carried = run.local_displacements();
                 self.strained_ties = std::mem::take(&mut run.strained_ties);
             }
