@@ -221,10 +221,9 @@ impl Resolver {
             self.ties = Some(run.ties.all.clone());
         }
         run.allowed_displacement = self.params.smoothing;
-        let mut result = run.warm_start(carried).and_then(|()| run.complete());
-        match &mut result {
-            Ok(end) => {
-                end.is_continued &= !run.is_turned_back(carried);
+        let result = run.warm_start(carried).and_then(|()| run.complete());
+        match &result {
+            Ok(_) => {
                 self.carried = run.local_displacements();
                 self.strained_ties = std::mem::take(&mut run.strained_ties);
             }

@@ -3,14 +3,11 @@
 
 use std::collections::BTreeMap;
 
-use glam::DVec3;
-
 use crate::ResolveError;
 use crate::detection::{clearance, detection_margin};
 use crate::elastic::ElasticProblem;
 use crate::local_displacements::LocalDisplacements;
 use crate::run::Run;
-use crate::tissue::Tissue;
 
 /// Largest number of steps in which tissue goes back. Below, it comes after a bone that is faster; above, frames take
 /// longer.
@@ -19,9 +16,6 @@ const MAX_STEPS_BACK: usize = 4;
 /// Longest displacement of a step after which tissue is back \[clearances\]. Below, steps change nothing that is seen;
 /// above, it stays away from a bone that is slow.
 const SHORT_STEP: f64 = 0.5;
-
-/// Share of a carried displacement up to which an end is displaced the other way. At 0, what only comes back counts.
-const TURNED: f64 = -0.1;
 
 impl Run<'_> {
     /// Displaces tissue by `carried`, if there is any and that is better than the state as it
@@ -56,17 +50,6 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Returns true if a body ends displaced the other way than it was carried, on most of where that was far: what
-    /// pressed it has passed.
-    pub(crate) fn is_turned_back(&self, carried: &[LocalDisplacements]) -> bool {
-        let bodies = self.scene.bodies();
-        self.is_warm
-            && carried.iter().zip(&self.tissues).any(|(carried, tissue)| {
-                !tissue.is_rigid
-                    && tissue.is_turned_back(carried, bodies[tissue.id.index()].positions())
-            })
-    }
-
     /// Moves tissue that overlaps nothing toward where its elastic energy is least, by steps that let nothing cross.
     fn go_back(&mut self) -> Result<(), ResolveError> {
         let (mut near, mut moved) = (Vec::new(), vec![true; self.tissues.len()]);
@@ -97,22 +80,6 @@ impl Run<'_> {
             }
         }
         self.detect_moved(&has_moved)
-    }
-}
-
-impl Tissue {
-    fn is_turned_back(&self, carried: &LocalDisplacements, x: &[DVec3]) -> bool {
-        let carried = carried.displace(self);
-        let ways = || self.rest.iter().zip(&carried).map(|(rest, x)| *x - *rest);
-        let longest = ways().map(DVec3::length_squared).fold(0.0, f64::max);
-        let (mut turned, mut far) = (0, 0);
-        for ((way, rest), x) in ways().zip(&self.rest).zip(x) {
-            if way.length_squared() > 0.25 * longest {
-                far += 1;
-                turned += usize::from((*x - *rest).dot(way) < TURNED * way.length_squared());
-            }
-        }
-        2 * turned > far
     }
 }
 

@@ -104,27 +104,3 @@ fn ties_hold_what_they_held_in_the_first_state() {
     assert!(end.resolved && end.ties[0].tied == 0, "{:?} {:?}", end.ties, end.remaining);
     assert_eq!(end.ties[0].crossing, 21 * 21);
 }
-
-/// A ball passes through tissue from one state to the next: the tissue is on its other side then.
-#[test]
-fn tissue_that_a_bone_has_passed_does_not_go_on() {
-    let ball = shapes::icosphere(3.0, 3);
-    let muscle = shapes::ellipsoid(DVec3::new(15.0, 12.0, 30.0), 3);
-    let mut scene = scene_of([
-        ("ball", BodyKind::Rigid, ball.clone()),
-        ("muscle", BodyKind::Deformable, muscle.clone()),
-    ]);
-    let [ball_id, muscle_id] = ["ball", "muscle"].map(|name| scene.find(name).expect("a body"));
-    let params = ResolveParams { gap: 0.05, ..ResolveParams::with_smoothing(8.0) };
-    let mut walk = Resolver::new(params).expect("parameters");
-    let mut continued = Vec::new();
-    for x in [-16.0, -15.0, 15.0, 16.0] {
-        let place = ball.clone().translated(DVec3::new(x, 0.3, 0.2)).positions;
-        scene.move_body(ball_id, &place).expect("a place");
-        scene.move_body(muscle_id, &muscle.positions).expect("its rest");
-        let end = walk.resolve(&mut scene, Progress::none()).expect("a resolution");
-        assert!(end.resolved, "{x}: {:?}", end.remaining);
-        continued.push(end.is_continued);
-    }
-    assert_eq!(continued, [false, true, false, true]);
-}
