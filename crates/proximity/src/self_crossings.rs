@@ -10,6 +10,9 @@ use crate::SurfaceTree;
 /// Pairs of faces, or vertices, between two polls for interruption: a millisecond.
 const POLL_INTERVAL: u32 = 4096;
 
+/// Number of faces at a vertex up to which all pairs of them are compared. Above, sorting them is faster.
+const SMALL_FAN: usize = 32;
+
 /// Cosine or sine above which a sign is certain, however its terms were rounded. Far below, it is not; far above, more
 /// fans are tested face by face.
 const CERTAIN: f64 = 1e-12;
@@ -45,6 +48,7 @@ impl SurfaceTree {
             }
             for (number, a) in fan.iter().enumerate() {
                 for b in &fan[number + 1..] {
+                    polls.step()?;
                     if !a.has_edge_of(b) && cross(a.face, b.face) {
                         crossing.push([a.face.min(b.face), a.face.max(b.face)]);
                     }
@@ -96,17 +100,29 @@ fn is_flat(fan: &[FanFace]) -> bool {
     let (first, second) = axis.any_orthonormal_pair();
     let aside = 0.83 * second - 0.56 * first;
     let mut passes = 0;
-    for FanFace { ends, spokes, normal, .. } in fan {
+    for FanFace { spokes, normal, .. } in fan {
         let [from, to] = spokes;
         let least = CERTAIN * CERTAIN * from.length_squared();
         let (up, before) = (axis.dot(*normal), aside.dot(*from));
         let is_certain =
             up > 0.0 && up * up > least * to.length_squared() && before * before > least;
-        let next = fan.iter().filter(|next| next.ends[0] == ends[1]).count();
-        if !is_certain || next != 1 {
+        if !is_certain {
             return false;
         }
         passes += u32::from(before < 0.0 && aside.dot(*to) > 0.0);
     }
-    passes == 1
+    passes == 1 && is_closed(fan)
+}
+
+/// Returns true if each spoke begins one face and ends one.
+fn is_closed(fan: &[FanFace]) -> bool {
+    if fan.len() <= SMALL_FAN {
+        let nexts = |end: u32| fan.iter().filter(|next| next.ends[0] == end).count();
+        return fan.iter().all(|face| nexts(face.ends[1]) == 1);
+    }
+    let [mut begins, mut ends] =
+        [0, 1].map(|k| -> Vec<u32> { fan.iter().map(|face| face.ends[k]).collect() });
+    begins.sort_unstable();
+    ends.sort_unstable();
+    begins == ends && begins.windows(2).all(|pair| pair[0] != pair[1])
 }

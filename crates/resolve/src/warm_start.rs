@@ -90,8 +90,6 @@ mod tests {
     use scene::BodyKind;
 
     use super::*;
-
-    use crate::run::Run;
     use crate::test_scenes::bone_and_muscle;
     use crate::{Conditions, ResolveParams};
 
