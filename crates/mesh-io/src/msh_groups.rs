@@ -59,7 +59,7 @@ pub(crate) struct MshParts {
     pub(crate) parts: FileParts,
     /// Names of groups that have all solids, or all surfaces.
     of_all: Vec<String>,
-    /// True if no element is in two of the others.
+    /// True if no element is in two of the others, and no two surfaces are patches of one.
     are_disjoint: bool,
 }
 
@@ -154,6 +154,9 @@ impl MshGroups {
 
         // Bodies are the groups beside those that have all solids, or all surfaces.
         let mut are_disjoint = solids.are_disjoint();
+        if solids.groups.is_empty() {
+            are_disjoint = !share_nodes(&surface_bodies, whole_of_surfaces.as_deref());
+        }
         let mut of_all = Vec::from_iter(solids.whole());
         if !surface_bodies.is_empty() {
             are_disjoint &= surfaces_are_disjoint;
@@ -221,6 +224,16 @@ impl GroupedElements {
             add(&mut group.part);
         }
     }
+}
+
+/// Returns true if two groups have a node in common, apart from one that has all elements.
+fn share_nodes(groups: &[Group], whole: Option<&str>) -> bool {
+    let mut nodes = Vec::new();
+    for group in groups.iter().filter(|group| Some(group.part.name()) != whole) {
+        nodes.extend(group.part.nodes());
+    }
+    nodes.sort_unstable();
+    nodes.windows(2).any(|pair| pair[0] == pair[1])
 }
 
 /// Returns the name of a group, made of its number where it has none.

@@ -176,6 +176,21 @@ fn surfaces_apart_are_counted_where_they_are_no_part() {
 }
 
 #[test]
+fn patches_of_one_surface_are_one_body() {
+    let surfaces = |second: &str| {
+        let nodes = "1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 5 0 0\n6 6 0 0\n7 5 1 0\n";
+        format!(
+            "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n7\n{nodes}$EndNodes\n\
+             $Elements\n2\n1 2 2 1 1 1 2 3\n2 2 2 2 1 {second}\n$EndElements\n"
+        )
+    };
+    assert_eq!(bodies(&surfaces("5 6 7")), ["surface 1", "surface 2"]);
+    assert_eq!(bodies(&surfaces("2 1 4")), names(&[]));
+    let whole = parse_mesh(surfaces("2 1 4").as_bytes(), "msh").expect("a surface");
+    assert_eq!(whole.faces.len(), 2);
+}
+
+#[test]
 fn damaged_groups_never_panic() {
     let mut random = Random(77);
     for round in 0..2_000 {
