@@ -84,8 +84,13 @@ impl Resolver {
     /// [`ResolveError::Parameter`] for a parameter out of range.
     pub fn new(params: ResolveParams) -> Result<Self, ResolveError> {
         params.validate()?;
-        let (conditions, carried, strained_ties) = Default::default();
-        Ok(Self { params, conditions, carried, ties: None, strained_ties })
+        Ok(Self {
+            params,
+            conditions: Conditions::default(),
+            carried: Vec::new(),
+            ties: None,
+            strained_ties: Vec::new(),
+        })
     }
 
     /// Adds ties and fixed vertices, in place of earlier ones.
@@ -181,8 +186,8 @@ impl Resolver {
     }
 
     /// Returns the parameters of further starts, each with longer pushes, until these are far longer than the deepest
-    /// vertex is deep, and then with shorter ones, where these are no shorter than that. Displacements of the last state may lead where no way goes on, and so may short pushes: after a
-    /// first start that was `alone`, pushes begin a little longer; after others no shorter than the deepest vertex is
+    /// vertex is deep, and then one with shorter pushes, where these are no shorter than that. Displacements of the last
+    /// state may lead where no way goes on, and so may short pushes: after a first start that was `alone`, pushes begin a little longer; after others no shorter than the deepest vertex is
     /// deep, since those that an earlier state was given for turn faces over.
     fn other_pushes(&self, first_end: &Resolution, alone: bool) -> Vec<ResolveParams> {
         // The depth of what another body encloses is not how far it is to come.

@@ -11,8 +11,8 @@
 //! ```
 //!
 //! A frame's lists of 16 numbers are rigid 4 × 4 maps from rest, row by row. All lengths are in the
-//! scene's unit, unless the file has another one (`"unit": "m"`). Times, in seconds, must rise. Other content of a frame is ignored, unless
-//! it has the name of a body. Each map must move a rigid body or a segment of the skin,
+//! scene's unit, unless the file has another one (`"unit": "m"`). Times, in seconds, must rise. Other
+//! content of a frame is ignored, unless it has the name of a body. Each map must move a rigid body or a segment of the skin,
 //! unless all rigid bodies have maps or the list `ignore` has its name.
 
 use std::collections::{BTreeMap, BTreeSet};

@@ -173,15 +173,16 @@ impl Columns {
 fn rotation_near(matrix: DMat3, line: usize) -> Result<DMat3, TableProblem> {
     let residue = matrix.transpose() * matrix - DMat3::IDENTITY;
     let change = residue.to_cols_array().into_iter().fold(0.0, |max: f64, it| max.max(it.abs()));
-    if change.is_nan() || change > UNIT_TOLERANCE {
+    if change > UNIT_TOLERANCE {
         return Err(TableProblem::NotRotation { line, change });
     }
     if matrix.determinant() < 0.0 {
         return Err(TableProblem::Mirrors { line });
     }
-    let is_exact = change <= EXACT;
-    let rotation = || DMat3::from_quat(DQuat::from_mat3(&matrix).normalize());
-    Ok(if is_exact { matrix } else { rotation() })
+    if change <= EXACT {
+        return Ok(matrix);
+    }
+    Ok(DMat3::from_quat(DQuat::from_mat3(&matrix).normalize()))
 }
 
 /// Finds columns by their names, without regard to case.
