@@ -17,7 +17,7 @@ use crate::tissue::fitted_tree;
 
 /// Share of the way to a contact that is taken. Far below, steps are many; near 1, the directions in which gaps
 /// are opened next are those of points that nearly coincide.
-const FREE_SHARE: f64 = 0.8;
+pub(crate) const FREE_SHARE: f64 = 0.8;
 
 /// Sweeps of a step in which single particles are held back, after which whole bodies are.
 pub(crate) const MAX_HOLD_PASSES: usize = 8;
@@ -115,7 +115,7 @@ impl Run<'_> {
     }
 
     /// Finds what meets on the way, among pairs of which a way has changed.
-    fn meetings(
+    pub(crate) fn meetings(
         &mut self,
         ends: &[Option<Vec<DVec3>>],
         changed: &[bool],
@@ -213,7 +213,11 @@ impl Run<'_> {
     }
 
     /// Returns the end positions of each body; `None` where it rests.
-    fn ends_of_step(&self, displacements: &[DVec3], shares: &[f64]) -> Vec<Option<Vec<DVec3>>> {
+    pub(crate) fn ends_of_step(
+        &self,
+        displacements: &[DVec3],
+        shares: &[f64],
+    ) -> Vec<Option<Vec<DVec3>>> {
         let mut ends = Vec::new();
         for body in self.scene.bodies() {
             let range = body.particles().start as usize..body.particles().end as usize;

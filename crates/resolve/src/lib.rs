@@ -101,6 +101,7 @@ mod turns;
 mod uncross;
 mod volume_row;
 mod warm_start;
+mod way_back;
 
 pub use glam;
 

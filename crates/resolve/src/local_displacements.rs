@@ -29,6 +29,11 @@ impl LocalDisplacements {
         Self(local)
     }
 
+    /// Returns true if no vertex is displaced.
+    pub(crate) fn is_zero(&self) -> bool {
+        self.0.iter().all(|u| *u == DVec3::ZERO)
+    }
+
     /// Computes the positions of a tissue with these displacements.
     pub(crate) fn displace(&self, tissue: &Tissue) -> Vec<DVec3> {
         // Displacements that have faded are dropped, so that vertices return to their bits.

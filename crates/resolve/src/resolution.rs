@@ -259,8 +259,9 @@ pub struct Resolution {
     /// Number of the round whose state the scene has now, or from whose state tissue settled and the gap
     /// was opened: the best one that is accepted, which may be earlier than the last; 0 for the start.
     pub final_round: usize,
-    /// True if bodies come from where the last state of a walk displaced them to. Without that, they come from where the
-    /// scene has them, and may end on another side of a bone than in the last state.
+    /// True if bodies come from where the last state of a walk displaced them to, or went back to rest without a bone on
+    /// the way. Without that, they come from where the scene has them, and may end on another side of a bone than in the
+    /// last state.
     pub is_continued: bool,
     /// Changes of all bodies, in their order.
     pub bodies: Vec<BodyChange>,

@@ -63,6 +63,8 @@ pub(crate) struct Run<'a> {
     pub(crate) allowed_displacement: f64,
     /// True if the rounds begin with carried displacements.
     pub(crate) is_warm: bool,
+    /// True if nothing overlaps where bodies are at rest, and no bone was on the way back from carried displacements.
+    pub(crate) is_back_at_rest: bool,
     /// True if the last round took apart bodies that cross themselves.
     has_uncrossed: bool,
     /// Rows of edges that crossed in elastic rounds, with the openings that they miss at the start.
@@ -186,6 +188,7 @@ impl<'a> Run<'a> {
             longest_way: 0.0,
             allowed_displacement: params.smoothing,
             is_warm: false,
+            is_back_at_rest: false,
             has_uncrossed: false,
             edge_rows: Vec::new(),
             gap_rounds: Vec::new(),
@@ -279,7 +282,7 @@ impl<'a> Run<'a> {
             after,
             rounds: std::mem::take(&mut self.rounds),
             final_round,
-            is_continued: self.is_warm,
+            is_continued: self.is_warm && final_round > 0 || self.is_back_at_rest,
             unfreed: std::mem::take(&mut self.unfreed),
         })
     }

@@ -1,30 +1,22 @@
-//! Warm start of overlap removal: displacements carried over from the state before. Where a bone has gone back, tissue
-//! follows it.
-
-use std::collections::BTreeMap;
+//! Warm start of overlap removal: displacements carried over from the state before.
+//!
+//! Where a bone has gone back, tissue follows it. Where a bone has gone through where tissue is at rest, tissue stays
+//! before it, also if nothing overlaps at rest any more.
 
 use crate::ResolveError;
-use crate::detection::{clearance, detection_margin};
-use crate::elastic::ElasticProblem;
 use crate::local_displacements::LocalDisplacements;
 use crate::run::Run;
 
-/// Largest number of steps in which tissue goes back. Below, it comes after a bone that is faster; above, frames take
-/// longer.
-const MAX_STEPS_BACK: usize = 4;
-
-/// Longest displacement of a step after which tissue is back \[clearances\]. Below, steps change nothing that is seen;
-/// above, it stays away from a bone that is slow.
-const SHORT_STEP: f64 = 0.5;
-
 impl Run<'_> {
-    /// Displaces tissue by `carried`, if there is any and that is better than the state as it
-    /// stands.
+    /// Displaces tissue by `carried`, if there is any, where that is better than the state as it stands, or where
+    /// tissue would have to pass through a bone to get there.
     pub(crate) fn warm_start(
         &mut self,
         carried: &[LocalDisplacements],
     ) -> Result<(), ResolveError> {
-        if carried.is_empty() || !self.continues() {
+        let is_rest_clean = self.rounds[0].is_clean(&self.params);
+        let may_move = is_rest_clean || self.continues();
+        if !may_move || carried.iter().all(LocalDisplacements::is_zero) {
             return Ok(());
         }
 
@@ -35,9 +27,15 @@ impl Run<'_> {
             self.go_back()?;
         }
         self.record()?;
-        self.is_warm = self.rounds[1].merit < self.rounds[0].merit;
+        self.is_warm = self.rounds[1].merit < self.rounds[0].merit || self.is_kept_off_rest();
         if !self.is_warm {
-            return self.revert_to_best();
+            self.revert_to_best()?;
+            if is_rest_clean {
+                // Nothing is to be done, and nothing counts.
+                self.is_back_at_rest = true;
+                self.rounds.truncate(1);
+            }
+            return Ok(());
         }
 
         // Displacements of the last state are within limits, and so is what is left to do from them, also where less
@@ -48,38 +46,6 @@ impl Run<'_> {
         self.allowed_displacement = self.allowed_displacement.max(allowed);
         self.keep_as_best(1);
         Ok(())
-    }
-
-    /// Moves tissue that overlaps nothing toward where its elastic energy is least, by steps that let nothing cross.
-    fn go_back(&mut self) -> Result<(), ResolveError> {
-        let (mut near, mut moved) = (Vec::new(), vec![true; self.tissues.len()]);
-        let target = clearance(&self.params) + self.gap_slack();
-        let mut has_moved = vec![false; self.tissues.len()];
-        for _ in 0..MAX_STEPS_BACK {
-            self.update_features(&mut near, &[], detection_margin(&self.params), &moved)?;
-            let mut problem = ElasticProblem::default();
-            for pair in &near {
-                let target = if self.is_tied(pair.id) { 0.0 } else { target };
-                let row = |feature| self.gap_row(pair.id, feature, target - feature.distance);
-                problem.rows.extend(pair.features.iter().filter_map(row));
-            }
-            let before = self.displacements();
-            self.add_displaced_bodies(BTreeMap::new(), &before, &mut problem)?;
-            self.add_tie_bonds(&mut problem);
-            moved = self.step_freely(problem, &before, &[])?;
-
-            let mut longest: f64 = 0.0;
-            for (before, after) in before.iter().zip(self.displacements()) {
-                longest = longest.max(before.distance(after));
-            }
-            for (has_moved, moved) in has_moved.iter_mut().zip(&moved) {
-                *has_moved |= *moved;
-            }
-            if longest <= SHORT_STEP * clearance(&self.params) {
-                break;
-            }
-        }
-        self.detect_moved(&has_moved)
     }
 }
 

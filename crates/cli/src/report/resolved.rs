@@ -139,8 +139,7 @@ impl ResolvedFrame {
             resolved: resolution.resolved,
             before,
             after: OverlapRecord { pairs: resolution.remaining.len(), deepest: 0.0 },
-            // Where nothing overlaps, tissue is at rest.
-            starts_anew: !resolution.is_continued && pairs > 0,
+            starts_anew: !resolution.is_continued,
             new_pairs: 0,
             remaining: Vec::new(),
             short_gaps: Vec::new(),

@@ -66,6 +66,65 @@ fn tissue_comes_after_a_bone_that_goes_back() {
     }
 }
 
+/// A bone that is pressed into a muscle of small faces goes back by most of its depth at once.
+#[test]
+fn tissue_comes_after_a_bone_that_goes_back_fast() {
+    let muscle = shapes::ellipsoid(DVec3::new(15.0, 12.0, 30.0), 4);
+    let bone = shapes::ellipsoid(DVec3::new(5.0, 40.0, 5.0), 4);
+    let bodies =
+        [("bone", BodyKind::Rigid, bone.clone()), ("muscle", BodyKind::Deformable, muscle.clone())];
+    let mut scene = scene_of(bodies);
+    let [bone_id, muscle_id] = ["bone", "muscle"].map(|name| scene.find(name).expect("a body"));
+    let params = ResolveParams { gap: 0.1, ..ResolveParams::with_smoothing(6.0) };
+    let mut walk = Resolver::new(params).expect("valid parameters");
+    for depth in [8.0, 2.0, 0.5, 0.5, -1.0] {
+        let place = bone.clone().translated((20.0 - depth) * DVec3::X).positions;
+        scene.move_body(bone_id, &place).expect("a place");
+        scene.move_body(muscle_id, &muscle.positions).expect("its rest");
+        let end = walk.resolve(&mut scene, Progress::none()).expect("a resolution");
+        assert!(end.resolved, "{depth} in: {:?}", end.remaining);
+        let moved = end.bodies.iter().map(|change| change.max_displacement).fold(0.0, f64::max);
+        assert!(moved <= 1.15 * f64::max(depth, 0.0) + 0.3, "{depth} in, {moved} out");
+    }
+}
+
+/// A ball goes through where a plate is at rest and beyond, also where it is clear of the plate at rest: the plate stays
+/// before it, until its limits let it go, which is told.
+#[test]
+fn tissue_stays_before_a_bone_that_is_beyond_its_rest() {
+    let plate = shapes::plate(DVec3::new(20.0, 20.0, 2.0), [8, 8]);
+    let ball = shapes::icosphere(3.0, 3);
+    let bodies =
+        [("ball", BodyKind::Rigid, ball.clone()), ("plate", BodyKind::Deformable, plate.clone())];
+    let mut scene = scene_of(bodies);
+    let [ball_id, plate_id] = ["ball", "plate"].map(|name| scene.find(name).expect("a body"));
+    let params = ResolveParams { gap: 0.05, ..ResolveParams::with_smoothing(8.0) };
+    let mut walk = Resolver::new(params).expect("valid parameters");
+    let (mut was_before, mut anew, mut clear_before) = (true, 0, 0);
+    for step in 0..33 {
+        let height = -8.0 + 0.5 * f64::from(step);
+        let place = ball.clone().translated(height * DVec3::Z).positions;
+        scene.move_body(ball_id, &place).expect("a place");
+        scene.move_body(plate_id, &plate.positions).expect("its rest");
+        let end = walk.resolve(&mut scene, Progress::none()).expect("a resolution");
+        assert!(end.resolved, "at {height}: {:?}", end.broken_limits);
+        let middle =
+            scene.body(plate_id).positions().iter().filter(|x| x.truncate().length() < 2.0);
+        let is_before = middle.clone().all(|x| x.z > height);
+        if was_before && !is_before {
+            assert!(!end.is_continued, "through at {height}, and not told");
+            anew += 1;
+        }
+        clear_before += usize::from(is_before && height > 4.0);
+        was_before = is_before;
+    }
+    assert_eq!(anew, 1, "the plate is let go once");
+    assert!(
+        clear_before >= 3,
+        "before the ball in {clear_before} states that are clear of its rest"
+    );
+}
+
 /// Cartilage is near a bone in the first state, and farther from it than its tie reaches in the next ones, in which
 /// another bone presses it: what was tied at first stays.
 #[test]
