@@ -1,7 +1,7 @@
 //! Build of a field from a surface.
 
 use surface::progress::Progress;
-use surface::{Aabb, Positions, SurfaceError, TriangleSurface, parallel, triangle};
+use surface::{Positions, SurfaceError, TriangleSurface, parallel, triangle};
 
 use crate::accuracy::{AccuracyParams, THIN, accuracy};
 use crate::band::{self, BandParams, MAX_CORRECTION, quasi_interpolate};
@@ -79,7 +79,7 @@ impl DistanceField {
             return Err(FieldError::Empty);
         }
         params.validate()?;
-        let bounds = Aabb::of_points(x.as_slice().iter().copied());
+        let bounds = surface.bounds(x);
         let (bytes, max_bytes) = (bytes_per_node(params), params.max_bytes);
         let grid = FieldGrid::around(bounds, params.spacing, params.padding, bytes, max_bytes)?;
 

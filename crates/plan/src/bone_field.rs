@@ -3,7 +3,6 @@
 use distance_field::{DistanceField, FieldDetector, FieldMethod, FieldParams, NodeValues};
 use glam::DVec3;
 use scene::Body;
-use surface::Aabb;
 use surface::progress::Progress;
 
 use crate::{Accuracy, ExclusionReason};
@@ -44,7 +43,7 @@ impl FieldSize {
     /// Returns the grid of a field whose bound is within a tolerance, or the finest one with a
     /// bounded number of nodes.
     pub(crate) fn new(body: &Body, tolerance: f64, margin: f64) -> Self {
-        let bounds = Aabb::of_points(body.positions().iter().copied());
+        let bounds = body.face_bounds();
         // A smaller spacing would not grow by steps.
         let mut spacing = (tolerance / BOUND).max(f64::MIN_POSITIVE);
         while spacing.is_finite() {

@@ -72,7 +72,7 @@ pub(crate) fn size(body: &SurfaceTree) -> f64 {
 }
 
 fn bounds(body: &SurfaceTree) -> Aabb {
-    Aabb::of_points(body.positions().as_slice().iter().copied())
+    body.surface().bounds(body.positions())
 }
 
 fn area(body: &SurfaceTree) -> f64 {

@@ -121,7 +121,7 @@ pub struct Inspection {
 /// When `x` was checked against a surface with fewer vertices.
 #[must_use]
 pub fn inspect(surface: &TriangleSurface, x: Positions<'_>) -> Inspection {
-    let bounds = Aabb::of_points(x.as_slice().iter().copied());
+    let bounds = surface.bounds(x);
     let bounds = (!bounds.is_empty()).then_some(bounds);
 
     // About the center of the box, the cone's volumes lose the fewest digits.

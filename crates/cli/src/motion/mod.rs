@@ -132,6 +132,8 @@ pub(crate) struct Replay {
 #[derive(Debug)]
 struct Follower {
     rest: Vec<DVec3>,
+    /// Box around its faces at rest.
+    bounds: Aabb,
     follows: Follows,
 }
 
@@ -224,7 +226,7 @@ impl Motion {
                 let reason = if is_rigid { RestReason::NoMap } else { RestReason::NoSkin };
                 resting.push(RestingBody { body: body.name().to_owned(), reason });
             }
-            followers.push(Follower { rest, follows });
+            followers.push(Follower { rest, bounds: body.face_bounds(), follows });
         }
 
         // A motion that moves nothing is that of another scene.
@@ -312,11 +314,10 @@ impl Motion {
 /// Returns the middle of the bodies at rest that follow each map.
 fn centers(followers: &[Follower]) -> BTreeMap<String, DVec3> {
     let mut boxes: BTreeMap<String, Aabb> = BTreeMap::new();
-    for Follower { rest, follows } in followers {
+    for Follower { bounds, follows, .. } in followers {
         if let Follows::Map(name) = follows {
-            let own = Aabb::of_points(rest.iter().copied());
-            let bounds = boxes.entry(name.clone()).or_insert(Aabb::EMPTY);
-            *bounds = bounds.union(own);
+            let around = boxes.entry(name.clone()).or_insert(Aabb::EMPTY);
+            *around = around.union(*bounds);
         }
     }
 
@@ -398,7 +399,7 @@ impl Replay {
     pub(crate) fn positions(&self, frame: usize) -> Vec<Vec<DVec3>> {
         let maps = &self.motion.maps[frame];
         let mut positions = Vec::new();
-        for Follower { rest, follows } in &self.followers {
+        for Follower { rest, follows, .. } in &self.followers {
             positions.push(match (follows, &self.motion.skin) {
                 (Follows::Map(name), _) => {
                     rest.iter().map(|&x| maps[name].transform_point3(x)).collect()
@@ -418,6 +419,11 @@ impl Replay {
     /// Returns the positions of a body at rest.
     pub(crate) fn rest(&self, body: usize) -> &[DVec3] {
         &self.followers[body].rest
+    }
+
+    /// Returns the box around the faces of a body at rest.
+    pub(crate) fn rest_bounds(&self, body: usize) -> Aabb {
+        self.followers[body].bounds
     }
 
     /// Returns the maps of a frame, in the order of their names.

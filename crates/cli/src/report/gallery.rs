@@ -121,7 +121,8 @@ impl<'a> Gallery<'a> {
         let mut points: Vec<DVec3> = Vec::new();
         for subject in &subjects {
             if subject.appearance == Appearance::Solid {
-                points.extend_from_slice(subject.positions);
+                let corners = subject.faces.as_flattened().iter();
+                points.extend(corners.map(|&corner| subject.positions[corner as usize]));
             }
         }
         let sides = sides(Aabb::of_points(points.iter().copied()));

@@ -70,3 +70,24 @@ fn short_times_are_not_written_as_zero() {
         run.stdout
     );
 }
+
+/// A needle that turns as it comes down does so about its middle, of which a reference node far away is no part.
+#[test]
+fn vertices_without_a_face_change_no_way() {
+    let workshop = needle_through_plate();
+    let screw = "[0,-1,0,0, 1,0,0,0, 0,0,1,-4, 0,0,0,1]";
+    let rest = "[1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]";
+    let frames = format!("{{\"frames\": [{{\"needle\": {rest}}}, {{\"needle\": {screw}}}]}}");
+    workshop.write("down.json", frames);
+    let needle = workshop.read("needle.obj");
+    let contact = || {
+        let run = workshop.run("motion", &["scene.toml", "--until-contact", "--json", "u.json"]);
+        assert_eq!(run.status, 0, "{}", run.stderr);
+        let found = json(&workshop.read("u.json"));
+        found["contacts"][0]["fraction"].as_f64().expect("a contact")
+    };
+    let expected = contact();
+    workshop.write("needle.obj", needle.replace("f 1 3 2", "v 500 0 0\nf 1 3 2"));
+    let found = contact();
+    assert!((found - expected).abs() < 1e-9, "{found} in place of {expected}");
+}

@@ -335,3 +335,24 @@ fn a_check_and_a_sweep_can_be_interrupted() {
     let sweep = scene.sweep(&moves, &ccd::CcdParams::DEFAULT, progress);
     assert_eq!(sweep, Err(SceneError::Interrupted(Interrupted)));
 }
+
+/// A row of tetrahedra, of which the first two overlap.
+#[test]
+fn ten_thousand_bodies_are_checked() {
+    let mut scene = Scene::new();
+    for number in 0..10_000_u32 {
+        let place = if number == 1 { 0.5 } else { 3.0 * f64::from(number) };
+        let body = shapes::tetrahedron(1.0).translated(DVec3::X * place);
+        scene
+            .add(number.to_string(), BodyKind::Rigid, body.surface(), body.positions)
+            .expect("a body");
+    }
+    let reports = scene.check(&CheckParams::new(0.0), Progress::none()).expect("a check");
+    assert_eq!(reports.len(), 1);
+    let fitted: Vec<usize> = scene
+        .ids()
+        .filter(|id| scene.body(*id).tree().is_some())
+        .map(scene::BodyId::index)
+        .collect();
+    assert_eq!(fitted, [0, 1]);
+}

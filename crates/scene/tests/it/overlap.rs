@@ -35,6 +35,21 @@ fn depth(report: &PairReport) -> f64 {
     depth.lower
 }
 
+/// A reference node far from a body, as solvers have them, is no part of its size.
+#[test]
+fn vertices_without_a_face_change_no_depth() {
+    let (a, ball) = (icosphere(5.0, 2), icosphere(4.0, 2).translated(DVec3::new(7.0, 0.1, 0.2)));
+    let mut with_node = ball.clone();
+    with_node.positions.push(DVec3::new(1e5, 0.0, 0.0));
+    let [expected, depth] = [ball, with_node].map(|b| {
+        let (mut scene, _) = scene_of(&[&a, &b]);
+        let reports = scene.check(&CheckParams::new(0.0), Progress::none()).expect("a check");
+        reports[0].max_depth().expect("a depth")
+    });
+    assert_eq!(depth, expected);
+    assert!(expected.upper - expected.lower < 0.01 * expected.lower, "{expected:?}");
+}
+
 /// Bodies one beside, in and across the other, and two whose edges alone cross.
 fn overlapping_pairs() -> [[Mesh; 2]; 4] {
     let ball = icosphere(5.0, 2);

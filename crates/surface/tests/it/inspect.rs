@@ -35,6 +35,15 @@ fn a_tetrahedron_has_no_defect() {
 }
 
 #[test]
+fn vertices_without_a_face_are_out_of_the_box() {
+    let x = [&corners()[..], &[DVec3::splat(1e4)]].concat();
+    let report = report(&x, &TETRAHEDRON);
+    assert_eq!(report.bounds, Some(Aabb { min: DVec3::ZERO, max: DVec3::ONE }));
+    let isolated = &report.findings[..];
+    assert!(matches!(isolated, [it] if it.defect == Defect::IsolatedVertex), "{isolated:?}");
+}
+
+#[test]
 fn nothing_has_no_defect_and_no_box() {
     let report = report(&[], &[]);
     assert!(report.closed() && report.findings.is_empty() && report.bounds.is_none());

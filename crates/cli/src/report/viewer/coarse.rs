@@ -1,7 +1,6 @@
 //! Bodies of a page, with fewer faces where a scene has too many.
 
 use musculo_collide::decimate::Preview;
-use musculo_collide::surface::Aabb;
 use musculo_collide::{Body, Scene};
 use rayon::prelude::*;
 
@@ -49,7 +48,7 @@ fn shown_surface(body: &Body, is_fine: bool) -> ShownSurface {
 
 /// Thins out a body; `None` where its surface is not closed and clean, and stays as it is.
 fn coarse_surface(body: &Body) -> Option<ShownSurface> {
-    let tolerance = TOLERANCE * Aabb::of_points(body.positions().iter().copied()).diagonal();
+    let tolerance = TOLERANCE * body.face_bounds().diagonal();
     let Preview { kept, faces } = Preview::new(body.surface(), body.positions(), tolerance).ok()?;
     Some(ShownSurface { vertices: kept, faces })
 }

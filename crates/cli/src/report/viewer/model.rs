@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use glam::{DMat4, DVec3};
 use musculo_collide::surface::Aabb;
-use musculo_collide::{BodyId, Depth, PairReport, Scene};
+use musculo_collide::{Body, BodyId, Depth, PairReport, Scene};
 use serde::Serialize;
 
 use super::blob::{Blob, Quantizer, Span, fraction};
@@ -288,7 +288,7 @@ impl Recording {
             }
         }
         for body in 0..scene.bodies().len() {
-            at_rest = at_rest.union(Aabb::of_points(replay.rest(body).iter().copied()));
+            at_rest = at_rest.union(replay.rest_bounds(body));
         }
 
         let mut model = Model::new(unit, at_rest, self.bounds, max_depth);
@@ -324,10 +324,9 @@ impl Model {
     }
 }
 
-/// Returns the box of all bodies.
+/// Returns the box around the faces of all bodies.
 fn bounds(scene: &Scene) -> Aabb {
-    let positions = scene.bodies().iter().flat_map(|body| body.positions());
-    Aabb::of_points(positions.copied())
+    scene.bodies().iter().map(Body::face_bounds).fold(Aabb::EMPTY, Aabb::union)
 }
 
 /// Returns a number of 16 bits, which it is known to have.
