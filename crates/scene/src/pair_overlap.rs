@@ -1,7 +1,7 @@
 //! Measures of the overlap of a pair: volume, areas, curve, and certified depths.
 
 use overlap::{Depth, DepthParams, Overlap, OverlapDetector};
-use proximity::{NearVertex, SurfaceTree};
+use proximity::{NearVertex, NoInside, SurfaceTree};
 use surface::progress::{Interrupted, Progress};
 
 use crate::coincidence::size;
@@ -119,10 +119,14 @@ impl PairOverlap {
         Ok(overlap)
     }
 
-    /// Brackets the larger of both depths; `None` where nothing is inside, or "inside" is
-    /// undefined.
+    /// Brackets the larger of both depths; `None` where nothing is inside, and where the depth in one
+    /// of the bodies is undefined: it may be the larger one. A surface with open edges has nothing
+    /// inside, so that the depth in the other body is the larger one.
     #[must_use]
     pub fn max_depth(&self) -> Option<DepthBracket> {
+        if self.has_undefined_depth(0) || self.has_undefined_depth(1) {
+            return None;
+        }
         let mut max: Option<DepthBracket> = None;
         for depth in [self.depth_of_a_in_b, self.depth_of_b_in_a].into_iter().flatten() {
             let bracket = max.get_or_insert_default();
@@ -130,6 +134,12 @@ impl PairOverlap {
             bracket.upper = bracket.upper.max(depth.upper);
         }
         max
+    }
+
+    /// Returns true if the depth in one body is undefined although places are inside it.
+    fn has_undefined_depth(&self, side: usize) -> bool {
+        let Overlap { covers_twice, no_inside, .. } = &self.measures;
+        covers_twice[side] || matches!(no_inside[side], Some(NoInside::Misoriented { .. }))
     }
 }
 

@@ -75,9 +75,13 @@ impl PairReport {
     /// the other body, from the other surface. It is a distance, not a way out: in the middle of a
     /// thin body all ways are short.
     ///
-    /// `None` where nothing is inside, where "inside" is undefined, and without measures.
+    /// `None` where nothing is inside, where the depth in one of the bodies is undefined (it may be
+    /// the larger one: `max_vertex_depth` is a depth that there is at least), and without measures.
     #[must_use]
     pub fn max_depth(&self) -> Option<DepthBracket> {
+        if self.a_against_b.is_surrounded() || self.b_against_a.is_surrounded() {
+            return None;
+        }
         self.overlap.as_ref().and_then(PairOverlap::max_depth)
     }
 
@@ -115,5 +119,10 @@ impl PairReport {
 impl VertexReport {
     fn new(side: &PairSide) -> Self {
         Self { inside_count: side.inside_count(), near: side.near().to_vec() }
+    }
+
+    /// Returns true if the other surface is around vertices, but has no inside.
+    fn is_surrounded(&self) -> bool {
+        self.inside_count.is_err() && self.near.iter().any(|near| near.gap < 0.0)
     }
 }

@@ -136,11 +136,28 @@ class Pair(Record):
 
     @property
     def depth(self) -> tuple[float, float] | None:
-        """Certified bracket on the larger of both depths; ``None`` where nothing is inside."""
+        """Certified bracket on the larger of both depths.
+
+        ``None`` where nothing is inside, and where the depth in one of the bodies is undefined: it may be
+        the larger one.
+        """
+        if self._has_undefined_depth():
+            return None
         depths = [depth for depth in (self.depth_of_a_in_b, self.depth_of_b_in_a) if depth]
         if not depths:
             return None
         return max(depth.lower for depth in depths), max(depth.upper for depth in depths)
+
+    def _has_undefined_depth(self) -> bool:
+        """Return whether the depth in one body is undefined although places are inside it."""
+        for side, vertices in enumerate((self.vertices_of_b, self.vertices_of_a)):
+            # Nothing is inside a surface with open edges, but for what it surrounds.
+            if vertices.inside_count is None:
+                if (vertices.gaps < 0.0).any():
+                    return True
+            elif self.overlap and (self.overlap.covers_twice[side] or self.overlap.no_inside[side]):
+                return True
+        return False
 
     def __repr__(self) -> str:
         return f"<Pair {self.a} × {self.b}: {self.summary()}>"

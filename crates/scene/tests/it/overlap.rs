@@ -297,6 +297,35 @@ fn a_body_inside_a_doubled_one_overlaps_it() {
     assert_eq!(report.overlap.expect("measured").measures.covers_twice, [true, false]);
 }
 
+/// A rod reaches deep into one of two cubes that cross each other, with its tip in what both cover: the
+/// cubes reach less deep into the rod.
+#[test]
+fn the_larger_depth_is_undefined_where_one_of_both_is() {
+    let twins = cube(10.0).joined(&cube(12.0).translated(DVec3::new(9.0, 0.0, 0.0)));
+    let rod = cube(2.0).mapped(|p| DVec3::new(3.0 * p.x + 1.0, p.y, p.z));
+    let report = report(&twins, &rod);
+    let overlap = report.overlap.as_ref().expect("they meet");
+    assert_eq!(overlap.measures.covers_twice, [true, false]);
+    assert_eq!(overlap.depth_of_b_in_a, None);
+    let shallower = overlap.depth_of_a_in_b.expect("the cube's face crosses the rod");
+    assert!(shallower.upper < report.max_vertex_depth, "{shallower:?}");
+    assert_eq!(report.max_depth(), None);
+    assert_eq!(overlap.max_depth(), None);
+}
+
+/// Parts of a body with a hole are around and within another one.
+#[test]
+fn the_larger_depth_is_undefined_where_a_body_with_a_hole_surrounds_the_other() {
+    let mut walls = cube(10.0);
+    walls.faces.pop();
+    let report = report(&walls.joined(&cube(1.0)), &cube(4.0));
+    let overlap = report.overlap.as_ref().expect("the small part is inside");
+    let of_part = overlap.depth_of_a_in_b.expect("the small part is inside");
+    assert!((of_part.lower - 2.0).abs() < 0.51, "{of_part:?}");
+    assert!(report.max_vertex_depth > 0.0, "the other body is surrounded");
+    assert_eq!(report.max_depth(), None);
+}
+
 #[test]
 fn tolerances_out_of_range_are_rejected() {
     let (mut scene, _) = scene_of(&[&cube(1.0), &cube(1.0)]);
