@@ -36,6 +36,7 @@
 //!
 //! - `serde`: results and parameters implement `Serialize` and `Deserialize`.
 
+mod cavities;
 mod contact_sums;
 mod coplanar;
 mod curve;

@@ -1,4 +1,4 @@
-//! Measures of regions from their sums, and cavities as parts of what is around them.
+//! Measures of regions from their sums.
 
 use glam::DVec3;
 
@@ -80,38 +80,4 @@ impl Located {
             inside_vertices: vertices,
         }
     }
-}
-
-/// Joins each region of negative volume, the border of a cavity, to the smallest region around it.
-///
-/// `owners` has the number of the region that each belongs to.
-pub(crate) fn join_cavities(regions: &mut Vec<Located>, owners: &mut [usize]) {
-    let mut next = 0;
-    while let Some(cavity) = regions.get(next).copied() {
-        let around =
-            if cavity.sums.volume < 0.0 { smallest_around(regions, &cavity) } else { None };
-        match around {
-            Some(solid) => {
-                regions[solid] = regions[solid].with(&cavity);
-                owners[cavity.number] = regions[solid].number;
-                regions.remove(next);
-            }
-            None => next += 1,
-        }
-    }
-}
-
-/// Returns the region of least positive volume whose box holds that of a cavity.
-fn smallest_around(regions: &[Located], cavity: &Located) -> Option<usize> {
-    let mut smallest: Option<usize> = None;
-    for (i, region) in regions.iter().enumerate() {
-        let volume = region.sums.volume;
-        if volume <= 0.0 || !region.sums.holds(&cavity.sums) {
-            continue;
-        }
-        if smallest.is_none_or(|j| volume < regions[j].sums.volume) {
-            smallest = Some(i);
-        }
-    }
-    smallest
 }

@@ -5,13 +5,14 @@ use kdop::Workspace;
 use proximity::{NearVertex, NoInside, SurfaceTree};
 use surface::progress::{Interrupted, Progress};
 
+use crate::cavities::Cavities;
 use crate::contact_sums::JointContact;
-use crate::curve::Curve;
+use crate::curve::{Curve, index};
 use crate::depth::{Depth, DepthMemory, DepthParams, depth};
 use crate::error::JointContactError;
 use crate::inside::Inside;
 use crate::joint::{JointContactParams, JointFaces, joint_contact};
-use crate::located::{Located, OverlapMeasures, join_cavities};
+use crate::located::{Located, OverlapMeasures};
 use crate::measures::{Parts, Sums, sum_regions};
 use crate::patches::{ClippedFace, Clipper};
 use crate::regions::{NO_REGION, Regions};
@@ -76,6 +77,7 @@ pub struct OverlapDetector {
     located: Vec<Located>,
     /// One per region: the region that it belongs to, another one for a cavity.
     owners: Vec<usize>,
+    cavities: Cavities,
     depths: DepthMemory,
 }
 
@@ -88,7 +90,7 @@ impl OverlapDetector {
     }
 
     /// As [`measure`](Self::measure), in the memory of an earlier answer. Allocates nothing once
-    /// the memory of a few pairs has been taken.
+    /// the memory of a few pairs has been taken, but for cavities with several regions around them.
     pub fn measure_into(&mut self, bodies: [&SurfaceTree; 2], out: &mut Overlap) {
         // Without a handler nothing interrupts.
         let _ = self.try_measure_into(bodies, out, Progress::none());
@@ -164,7 +166,7 @@ impl OverlapDetector {
         let Self { curve, inside, regions, sums, .. } = self;
         sum_regions(Parts { bodies, curve, inside, regions }, sums);
         self.count_chains();
-        self.report(out);
+        self.report(bodies, out);
         Ok(())
     }
 
@@ -328,7 +330,7 @@ impl OverlapDetector {
     }
 
     /// Writes the measures of the whole and of each region.
-    fn report(&mut self, out: &mut Overlap) {
+    fn report(&mut self, bodies: [&SurfaceTree; 2], out: &mut Overlap) {
         // The last sums are of no region: their origin is the scene's.
         self.located.clear();
         for (number, sums) in self.sums.iter().enumerate() {
@@ -345,7 +347,7 @@ impl OverlapDetector {
         self.owners.clear();
         self.owners.extend(0..self.located.len());
         if has_inside == [true; 2] {
-            join_cavities(&mut self.located, &mut self.owners);
+            self.join_cavities(bodies);
         }
         self.located.retain(|region| !region.sums.is_nothing());
         self.located.sort_by(|p, q| q.sums.volume.total_cmp(&p.sums.volume));
@@ -358,6 +360,23 @@ impl OverlapDetector {
         }
         out.covers_twice = [self.inside[1].covers_twice, self.inside[0].covers_twice];
         out.has_ties = total.sums.has_ties || !self.curve.coplanar.is_empty();
+    }
+
+    /// Joins each cavity to the region around it.
+    fn join_cavities(&mut self, bodies: [&SurfaceTree; 2]) {
+        // For now each region is under its own number.
+        let Self { curve, inside, regions, located, owners, cavities, .. } = self;
+        regions.reported.clear();
+        regions.reported.extend(0..index(located.len()));
+        cavities.find(Parts { bodies, curve, inside, regions }, located, owners);
+
+        for number in 0..located.len() {
+            let owner = owners[number];
+            if owner != number {
+                located[owner] = located[owner].with(&located[number]);
+            }
+        }
+        located.retain(|region| owners[region.number] == region.number);
     }
 
     /// Notes the place of each region among those reported; a cavity has that of its solid.

@@ -1,6 +1,7 @@
 //! The crate's tests, one binary.
 
 mod anatomy;
+mod cavities;
 mod clipped;
 mod coincident;
 mod covered;
