@@ -15,7 +15,8 @@ use crate::failure::{Failure, FailureKind};
 use crate::output::FilePlan;
 use crate::phase::Phase;
 use crate::report::{
-    BodyRecord, CheckDocument, PairRecord, VolumeRecord, counted, divisions, self_crossings,
+    BodyRecord, CheckDocument, InvertedPart, PairRecord, VolumeRecord, counted, divisions,
+    self_crossings,
 };
 use crate::scene::{BodyDescription, IgnoredPair, SceneDescription, unit_warnings};
 use crate::terminal;
@@ -159,6 +160,9 @@ impl LoadedScene {
         let mut bodies = self.bodies.clone();
         for (record, crossings) in bodies.iter_mut().zip(self_crossings(&mut self.scene)?) {
             record.self_crossings = crossings;
+        }
+        for (record, body) in bodies.iter_mut().zip(self.scene.bodies()) {
+            record.inverted_parts = InvertedPart::list(body);
         }
 
         // A place that a body covers twice counts twice in what it shares with others.
@@ -397,6 +401,7 @@ impl InspectedMesh {
             oriented: inspection.oriented(),
             inspection,
             self_crossings: None,
+            inverted_parts: Vec::new(),
             volume_mesh: volume.as_ref().map(VolumeRecord::new),
         };
         Ok(Self { record, surface, positions, volume, vertex_numbers, nodes })

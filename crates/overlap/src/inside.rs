@@ -27,7 +27,8 @@ pub(crate) struct Inside {
     faces: Vec<u32>,
     /// One per cluster: where its vertices and its faces end.
     cluster_ends: Vec<[u32; 2]>,
-    /// True if some winding number is not 1.
+    /// True if the other surface covers a place of the overlap more than once, or inside out: some
+    /// winding number is not 1, or a part of the other surface is inverted.
     pub(crate) covers_twice: bool,
     /// True if the other surface was compared, and has an inside.
     pub(crate) is_defined: bool,
@@ -90,6 +91,11 @@ impl Inside {
             self.clear_vertices();
             self.fill_by_winding(side, bodies, cut_edges, traversal);
         }
+    }
+
+    /// Notes that the other surface covers a place of the overlap twice, at none of the vertices.
+    pub(crate) fn note_covered_place(&mut self) {
+        self.covers_twice |= self.is_defined;
     }
 
     /// Takes no vertex to be inside, since the other surface has no inside.

@@ -27,7 +27,8 @@
 //! | closed and oriented | all measures |
 //! | A open | area of A inside B, curve with open arcs; no volume |
 //! | an edge with one face, or with two that run the same way | named in [`Overlap::no_inside`] |
-//! | a body that covers a place twice | named in [`Overlap::covers_twice`]; measures count it twice |
+//! | a part whose faces look outward in another part, or inward in the open | named in [`Overlap::covers_twice`]; measures count places as often as they are covered |
+//! | parts that cross each other or themselves | the same, where a vertex of the other body is in what they cover twice; else measures count it twice without a note |
 //!
 //! Source: the sums follow from Green's and Gauss's theorems; the ties from H. Edelsbrunner and
 //! E. P. Mücke, "Simulation of Simplicity", ACM Transactions on Graphics 9(1), 1990.

@@ -38,8 +38,9 @@ pub struct Overlap {
     pub regions: Vec<OverlapMeasures>,
     /// Reasons for which A, and B, have no inside.
     pub no_inside: [Option<NoInside>; 2],
-    /// True if A covers some place at a vertex of B more than once, or inside out; and the same for
-    /// B. Volumes and areas then count a place as often as it is covered.
+    /// True if A covers some place of the overlap more than once, or inside out; and the same for B.
+    /// Volumes and areas then count a place as often as it is covered. Of parts of A that cross each
+    /// other, or themselves, only what vertices of B are in is found.
     pub covers_twice: [bool; 2],
     /// True if the surfaces touch without crossing, or coincide, somewhere: length and loops there are
     /// those of bodies moved by an infinitesimal.
@@ -159,6 +160,11 @@ impl OverlapDetector {
                 self.inside[side].find_none(bodies[side]);
             }
         }
+        for (side, body) in bodies.into_iter().enumerate() {
+            if self.has_doubled_part(side, body) {
+                self.inside[1 - side].note_covered_place();
+            }
+        }
         self.regions.find(bodies, &self.curve, &self.inside);
 
         // Positions enter here, for the first time.
@@ -168,6 +174,20 @@ impl OverlapDetector {
         self.count_chains();
         self.report(bodies, out);
         Ok(())
+    }
+
+    /// Returns true if a part of a body beside a place that it covers twice is in the overlap. Where that
+    /// place alone is, the vertices of the other body show it.
+    fn has_doubled_part(&self, side: usize, body: &SurfaceTree) -> bool {
+        if body.inverted_parts().is_empty() {
+            return false;
+        }
+        let of_faces = self.curve.cut_faces[side].iter().map(|&face| {
+            let [first, ..] = body.surface().faces()[face as usize];
+            first
+        });
+        let of_inside = self.inside[side].vertices.iter().map(|inside| inside.vertex);
+        of_faces.chain(of_inside).any(|vertex| body.is_beside_doubled_place(vertex))
     }
 
     /// Brackets the depth of A's surface in B and of B's surface in A, for the bodies measured last.

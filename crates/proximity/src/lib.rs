@@ -56,6 +56,7 @@ mod error;
 mod face_boxes;
 mod face_groups;
 mod inside;
+mod inverted_parts;
 mod maximum;
 mod near_faces;
 mod near_features;

@@ -6,6 +6,7 @@ use glam::DVec3;
 use kdop::{Leaves, StepTree, Tree, TreeError};
 use surface::{PositionBuffer, Positions, SurfaceError, TriangleSurface, triangle};
 
+use crate::inverted_parts::InvertedParts;
 use crate::{NoInside, ProximityError};
 
 /// Widths of a tree's bounds, relative to those when it was built, above which it is built anew.
@@ -28,6 +29,8 @@ pub struct SurfaceTree {
     /// Found with the first tree.
     no_winding_number: Option<NoInside>,
     is_inside_out: bool,
+    /// Found with the first tree.
+    inverted_parts: InvertedParts,
 }
 
 /// A [`SurfaceTree`] whose tree is built at the first use and refit after moves.
@@ -74,7 +77,9 @@ impl SurfaceTree {
     #[must_use]
     pub fn declared_open(self) -> Self {
         let reason = Some(NoInside::DeclaredOpen);
-        Self { no_inside: reason, no_winding_number: reason, is_inside_out: false, ..self }
+        let inverted_parts = InvertedParts::default();
+        let is_inside_out = false;
+        Self { no_inside: reason, no_winding_number: reason, is_inside_out, inverted_parts, ..self }
     }
 
     /// Moves all vertices, and refits the tree; where it has become too loose it is built anew.
@@ -180,6 +185,40 @@ impl SurfaceTree {
         self.no_winding_number.map_or(Ok(()), Err)
     }
 
+    /// Returns the smallest vertex of each closed part whose faces look to the wrong side, ascending:
+    /// outward inside another part, so that places are covered twice, or inward where no part is around
+    /// it. As when the tree was first built; parts that cross or touch each other everywhere are left
+    /// out. None where winding numbers are undefined.
+    ///
+    /// ```
+    /// use proximity::SurfaceTree;
+    ///
+    /// // A cavity that is given the wrong way round.
+    /// let [outer, cavity] = [10.0, 6.0].map(fixtures::shapes::cube);
+    /// let wrong = outer.clone().joined(&cavity);
+    /// let tree = SurfaceTree::new(wrong.surface(), wrong.positions)?;
+    /// assert_eq!(tree.inverted_parts(), [8]);
+    ///
+    /// let right = outer.joined(&cavity.flipped());
+    /// let tree = SurfaceTree::new(right.surface(), right.positions)?;
+    /// assert!(tree.inverted_parts().is_empty());
+    /// # Ok::<(), proximity::ProximityError>(())
+    /// ```
+    #[must_use]
+    pub fn inverted_parts(&self) -> &[u32] {
+        &self.inverted_parts.roots
+    }
+
+    /// Returns true if the closed part of a vertex has a place beside it that the surface covers more
+    /// than once, or inside out, as [`inverted_parts`](Self::inverted_parts) have. So have parts in
+    /// these, though they may look to the right side.
+    #[must_use]
+    #[inline]
+    pub fn is_beside_doubled_place(&self, vertex: u32) -> bool {
+        let Self { inverted_parts, .. } = self;
+        inverted_parts.is_beside_doubled.get(vertex as usize).copied().unwrap_or(false)
+    }
+
     /// Returns the memory of positions, faces and tree, in bytes.
     #[must_use]
     pub fn bytes(&self) -> usize {
@@ -235,6 +274,7 @@ impl LazySurfaceTree {
             positions,
             no_winding_number: no_inside,
             no_inside,
+            inverted_parts: InvertedParts::default(),
             tree: Tree::default(),
             surface,
         };
@@ -285,7 +325,8 @@ impl LazySurfaceTree {
     ///
     /// As [`fit`](Self::fit).
     pub fn fit_while(&mut self, keep_going: &dyn Fn() -> bool) -> Result<bool, TreeError> {
-        let SurfaceTree { surface, positions, tree, no_winding_number, .. } = &mut self.inner;
+        let SurfaceTree { surface, positions, tree, no_winding_number, inverted_parts, .. } =
+            &mut self.inner;
         let x = positions.as_positions().as_slice();
         match self.fit {
             Fit::Current => {}
@@ -305,6 +346,9 @@ impl LazySurfaceTree {
                 *tree = built;
                 *no_winding_number =
                     no_winding_number.or_else(|| NoInside::find_misoriented(surface));
+                if no_winding_number.is_none() {
+                    *inverted_parts = InvertedParts::find(surface, positions.as_positions(), tree);
+                }
             }
         }
         self.fit = Fit::Current;

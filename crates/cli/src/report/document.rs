@@ -9,6 +9,7 @@ use musculo_collide::{BodyKind, JointContactParams, Scene};
 use serde::Serialize;
 
 use super::division::DivisionRecord;
+use super::inverted_part::InvertedPart;
 use super::joint_contact::{JointContactRecord, PairContact};
 use super::pair_record::PairRecord;
 use super::self_crossing::SelfCrossings;
@@ -60,6 +61,9 @@ pub(crate) struct BodyRecord {
     /// Faces of the body that cross each other, where a check finds some.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) self_crossings: Option<SelfCrossings>,
+    /// Parts of the body whose faces look to the wrong side, where a check finds some.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(crate) inverted_parts: Vec<InvertedPart>,
     /// Volume mesh behind the surface.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) volume_mesh: Option<VolumeRecord>,
@@ -87,6 +91,7 @@ impl BodyRecord {
             notes.push(rounded(finding, unit).to_string());
         }
         notes.extend(self.self_crossings.iter().map(|crossings| crossings.text(unit)));
+        notes.extend(InvertedPart::text(&self.inverted_parts, unit));
         if self.polygons_fanned > 0 {
             notes.push(counted(self.polygons_fanned, "polygon") + " split into triangles");
         }

@@ -111,6 +111,22 @@ fn two_bodies_doubled_within_one_are_named() {
     assert!(run.stdout.contains("'a' covers a place more than once"), "{}", run.stdout);
 }
 
+/// A cavity that is given the wrong way round is a defect of its body, and covers a place twice where the
+/// other body is around it.
+#[test]
+fn a_cavity_facing_outward_is_named() {
+    let (table, pair) = check(&cube(20.0).joined(&cube(10.0)), &cube(11.0));
+    assert!(table.contains("1 part facing the wrong way"), "{table}");
+    assert!(table.contains("that of vertex 8 at ("), "{table}");
+    assert!(table.contains("'a' covers a place more than once"), "{table}");
+    assert!(table.contains(" by at least "), "{table}");
+    assert_eq!(pair["depth_of_b_in_a"], Value::Null, "{pair}");
+
+    let (table, pair) = check(&cube(20.0).joined(&cube(10.0).flipped()), &cube(11.0));
+    assert!(!table.contains("wrong way") && !table.contains("more than once"), "{table}");
+    assert!(near(&pair["overlap"]["volume"], 331.0), "{pair}");
+}
+
 /// A surface with a hole has no inside by parity; what it surrounds overlaps it all the same.
 #[test]
 fn what_lies_in_a_body_with_a_hole_overlaps_it() {

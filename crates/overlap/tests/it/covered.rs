@@ -2,9 +2,9 @@
 
 use fixtures::Mesh;
 use fixtures::random::Random;
-use fixtures::shapes::{icosphere, tetrahedron};
+use fixtures::shapes::{cube, icosphere, tetrahedron};
 use glam::DVec3;
-use overlap::{Overlap, OverlapDetector, OverlapMeasures};
+use overlap::{DepthParams, Overlap, OverlapDetector, OverlapMeasures};
 use proximity::SurfaceTree;
 
 fn measure(a: &Mesh, b: &Mesh) -> Overlap {
@@ -116,6 +116,42 @@ fn faces_without_area_carry_the_curve() {
             let [volume, expected] =
                 [&found, &expected].map(|overlap| overlap.total.volume.expect("both are closed"));
             assert!((volume - expected).abs() < 1e-10, "{turned}: {volume} for {expected}");
+        }
+    }
+}
+
+/// A cavity with faces that look outward is covered twice, and a part inside out -1 times: no vertex of
+/// the other body is there.
+#[test]
+fn inverted_parts_in_the_overlap_are_named() {
+    let walls = cube(20.0).joined(&cube(10.0));
+    let hollow = cube(20.0).joined(&cube(10.0).flipped());
+    let beside = cube(6.0).translated(DVec3::new(20.0, 0.0, 0.0));
+    let reversed = cube(10.0).joined(&beside.clone().flipped());
+    let pair = cube(10.0).joined(&beside);
+    let bar = cube(1.0).mapped(|p| DVec3::new(20.0 + p.x, p.y, 30.0 * p.z));
+    let corner = cube(2.0).translated(DVec3::new(9.5, 9.5, 9.5));
+    for (name, body, other, volume, covers_twice) in [
+        ("around a cavity", &walls, &cube(11.0), 2331.0, true),
+        ("in a cavity", &walls, &cube(1.0), 2.0, true),
+        ("at the corner of the outer part", &walls, &corner, 1.5_f64.powi(3), false),
+        ("around a true cavity", &hollow, &cube(11.0), 331.0, false),
+        ("through a reversed part", &reversed, &bar, -6.0, true),
+        ("through a part", &pair, &bar, 6.0, false),
+    ] {
+        let [a, b] = [body, other].map(|mesh| {
+            SurfaceTree::new(mesh.surface(), mesh.positions.clone()).expect("bodies are finite")
+        });
+        let mut detector = OverlapDetector::default();
+        for (side, bodies) in [[&a, &b], [&b, &a]].into_iter().enumerate() {
+            let overlap = detector.measure(bodies[0], bodies[1]);
+            let found = overlap.total.volume.expect("both are closed");
+            assert!((found - volume).abs() < 1e-9, "{name}: {found} for {volume}");
+            let mut expected = [false; 2];
+            expected[side] = covers_twice;
+            assert_eq!(overlap.covers_twice, expected, "{name}");
+            let depths = detector.depths(bodies, &DepthParams::with_floor(1e-3));
+            assert!(!covers_twice || depths[1 - side].is_none(), "{name}: {depths:?}");
         }
     }
 }

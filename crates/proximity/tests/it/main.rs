@@ -2,6 +2,7 @@
 
 mod brute_force;
 mod contact;
+mod inverted_parts;
 mod pair;
 mod regions;
 mod surface_tree;
