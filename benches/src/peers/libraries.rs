@@ -149,11 +149,11 @@ impl Memory {
         let Self { pair, detector, overlap } = self;
         match question {
             Question::Overlap => {
-                pair.compute(a, b, 0.0);
+                pair.compute(a, b, 0.0).expect("few faces are near");
                 Some(f64::from(u8::from(pair.overlaps())))
             }
             Question::Gap => {
-                pair.compute(a, b, REACH);
+                pair.compute(a, b, REACH).expect("few faces are near");
                 Some(pair.distance(a, b, REACH).unwrap_or(f64::INFINITY))
             }
             Question::Depth => Some(self.depth([a, b], RIGHT_LENGTH)[0]),

@@ -59,7 +59,7 @@ pub(super) fn proximity(report: &mut Report) -> Outcome {
     let count = a.surface().faces().len() + b.surface().faces().len();
     let mut pair = PairProximity::default();
     per_unit(report, "overlapping pair, per face", count, &mut || {
-        pair.compute(&a, &b, 0.0);
+        pair.compute(&a, &b, 0.0).expect("few faces are near");
         pair.crossing_faces().len()
     });
     Ok(())

@@ -117,7 +117,7 @@ fn vertex_depths(bodies: [SurfaceTree; 2], report: &mut Report) {
             ("measures", &mut || measure(&bodies, &mut detector, &mut overlap)),
             ("depths", &mut || measured.depths([a, b], &params).into_iter().flatten().count()),
             ("depths of vertices", &mut || {
-                pair.compute(a, b, 0.0);
+                pair.compute(a, b, 0.0).expect("few faces are near");
                 pair.sides()[0].inside_vertices().len()
             }),
         ],

@@ -124,7 +124,7 @@ fn hashing(text: &mut String) {
                     found.ok().and_then(|found| found.crossing_faces).map_or(0, |faces| faces.len())
                 }),
                 ("tree", &mut || {
-                    pair.compute(&coarse, &other, 0.0);
+                    pair.compute(&coarse, &other, 0.0).expect("few faces are near");
                     pair.crossing_faces().len()
                 }),
             ],

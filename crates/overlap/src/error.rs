@@ -1,5 +1,6 @@
 //! Errors of joint contact.
 
+use proximity::PairError;
 use surface::progress::Interrupted;
 
 /// Error of the contact of a joint.
@@ -40,7 +41,19 @@ pub enum JointContactError {
         /// Thickness.
         thickness: f64,
     },
+    /// More faces are near each other than can be listed in reasonable memory.
+    #[error(transparent)]
+    NearFaces(PairError),
     /// The progress handler ended the call.
     #[error(transparent)]
     Interrupted(#[from] Interrupted),
+}
+
+impl From<PairError> for JointContactError {
+    fn from(error: PairError) -> Self {
+        match error {
+            PairError::Interrupted(error) => Self::Interrupted(error),
+            error => Self::NearFaces(error),
+        }
+    }
 }

@@ -19,7 +19,9 @@ use std::ops::Range;
 
 use glam::DVec3;
 use kdop::Workspace;
-use proximity::{ClosestPoint, FaceBox, FaceBoxes, NearFaces, SurfaceTree};
+use proximity::{
+    ClosestPoint, FaceBox, FaceBoxes, NearFaces, PairError, SurfaceTree, list_near_faces,
+};
 use surface::progress::{Interrupted, Polls, Progress};
 use surface::triangle::{quarters, radius_about_center};
 use surface::{Pseudonormals, triangle};
@@ -76,18 +78,9 @@ impl JointFaces {
         margin: f64,
         traversal: &mut Workspace,
         progress: Progress<'_>,
-    ) -> Result<(), Interrupted> {
-        /// Pairs of faces between two polls for interruption: a millisecond.
-        const POLL_INTERVAL: u32 = 16_384;
-
+    ) -> Result<(), PairError> {
         let Self { pairs, near: [near_a, near_b] } = self;
-        pairs.clear();
-        let [a, b] = bodies.map(SurfaceTree::tree);
-        let mut polls = progress.every(POLL_INTERVAL);
-        a.try_pairs(b, margin, traversal, |face_a, face_b| {
-            pairs.push([face_a, face_b]);
-            polls.step()
-        })?;
+        list_near_faces(bodies, margin, traversal, pairs, progress)?;
 
         let [count_a, count_b] = bodies.map(|body| body.surface().faces().len());
         near_a.refill(count_a, pairs.iter().map(|&[face_a, face_b]| (face_a, face_b)));

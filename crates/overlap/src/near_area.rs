@@ -57,7 +57,7 @@ struct Cells {
 /// let a = SurfaceTree::new(cube.surface(), cube.positions)?;
 /// let b = SurfaceTree::new(other.surface(), other.positions)?;
 /// let mut pair = PairProximity::default();
-/// pair.compute(&a, &b, 0.25);
+/// pair.compute(&a, &b, 0.25)?;
 ///
 /// let near_faces = pair.sides().map(PairSide::near_faces);
 /// let [area, _] = NearAreas::default().measure([&a, &b], 0.25, near_faces, Progress::none())?;

@@ -284,8 +284,8 @@ impl OverlapDetector {
     ///
     /// # Errors
     ///
-    /// [`JointContactError`] when a parameter is out of range, the resolution is too fine, or
-    /// `progress` ends the call.
+    /// [`JointContactError`] when a parameter is out of range, the resolution is too fine, more than 2²⁶
+    /// pairs of faces are within the margin, or `progress` ends the call.
     pub fn joint_contact(
         &mut self,
         bodies: [&SurfaceTree; 2],

@@ -5,7 +5,7 @@ use glam::DVec3;
 use kdop::Workspace;
 use medial::MedialScratch;
 use proximity::{ClosestPoint, PairProximity, SurfaceTree, contact};
-use scene::{Body, BodyId, DepthBracket, PairId, Scene};
+use scene::{Body, BodyId, DepthBracket, PairId, Scene, SceneError};
 use surface::{Aabb, Contact, ContactSide, Term};
 
 use crate::bone_field::MAX_DEPTH;
@@ -142,7 +142,8 @@ impl PairDetector {
             return Ok(());
         }
         check_pair_rounding([a.tree, b.tree], tolerance)?;
-        self.surfaces.compute(a.tree, b.tree, margin);
+        let computed = self.surfaces.compute(a.tree, b.tree, margin);
+        computed.map_err(|error| SceneError::of_pair(scene.names(pair), error))?;
         self.extend_contacts(0, [&a, &b]);
         self.extend_contacts(1, [&b, &a]);
         self.found.min_gap = self.surfaces.min_gap();
@@ -222,7 +223,8 @@ impl PairDetector {
         self.operations.field_vertices += count(self.field.contacts().len());
 
         // The bone's own vertices, and depth by the surfaces, which are exact.
-        self.surfaces.compute(bone.tree, side.tree, margin);
+        let computed = self.surfaces.compute(bone.tree, side.tree, margin);
+        computed.map_err(|error| SceneError::of_pair(scene.names(self.found.pair), error))?;
         self.extend_contacts(0, [&bone, &side]);
         if let Some(gap) = self.surfaces.min_gap() {
             lower(&mut self.found.min_gap, gap);

@@ -28,6 +28,25 @@ pub enum SweptError {
     Interrupted(#[from] Interrupted),
 }
 
+/// Error of comparing two surfaces.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PairError {
+    /// More faces are near each other than can be listed in reasonable memory.
+    #[error(
+        "more than {limit} pairs of faces are within the margin of {margin} of each other: take a smaller margin, in the unit of the positions, or coarser surfaces"
+    )]
+    TooManyNearFaces {
+        /// The margin.
+        margin: f64,
+        /// The limit.
+        limit: usize,
+    },
+    /// The caller interrupted the call.
+    #[error(transparent)]
+    Interrupted(#[from] Interrupted),
+}
+
 /// Reason why "inside" is undefined for a surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

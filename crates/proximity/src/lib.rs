@@ -36,11 +36,11 @@
 //! let muscle = SurfaceTree::new(surface, shifted.to_vec())?;
 //!
 //! let mut pair = PairProximity::default();
-//! pair.compute(&bone, &muscle, 0.0);
+//! pair.compute(&bone, &muscle, 0.0)?;
 //! assert!(pair.overlaps());
 //! assert_eq!(pair.sides()[1].inside_vertices(), [0]);
 //! assert!((pair.max_vertex_depth() - 0.1 / 3.0_f64.sqrt()).abs() < 1e-12);
-//! # Ok::<(), proximity::ProximityError>(())
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
 //! # Features
@@ -72,10 +72,10 @@ pub use glam;
 
 pub use crate::closest::ClosestPoint;
 pub use crate::contact::{ContactSurface, ParticleNumbers, contact};
-pub use crate::error::{NoInside, ProximityError, SweptError};
+pub use crate::error::{NoInside, PairError, ProximityError, SweptError};
 pub use crate::face_boxes::{FaceBox, FaceBoxes};
 pub use crate::maximum::MaximumSearch;
-pub use crate::near_faces::NearFaces;
+pub use crate::near_faces::{NearFaces, list_near_faces};
 pub use crate::near_features::{FeaturePoint, NearFeatures};
 pub use crate::pair::{PairProximity, PairSide};
 pub use crate::projection::NearVertex;

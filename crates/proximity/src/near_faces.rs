@@ -1,5 +1,73 @@
 //! Faces of another surface near those of one surface, for the few faces that have any.
 
+use kdop::{Tree, Workspace};
+use surface::Aabb;
+use surface::progress::Progress;
+
+use crate::{PairError, SurfaceTree};
+
+/// Pairs of faces that may be near each other, listed for both surfaces: a gigabyte with the lists of
+/// [`NearFaces`]. Fewer leave out margins in use: within 50 mm of each other, the largest bodies of a
+/// thigh take 652 MB. With more, a few pairs of bodies at a time take all memory.
+const MAX_PAIRS: usize = 1 << 26;
+
+/// Lists the pairs of faces of two surfaces that may be within a margin of each other, in place of
+/// earlier ones.
+///
+/// # Errors
+///
+/// - [`PairError::TooManyNearFaces`] for more than 2²⁶ pairs.
+/// - [`PairError::Interrupted`] when `progress` ends the call.
+pub fn list_near_faces(
+    bodies: [&SurfaceTree; 2],
+    margin: f64,
+    workspace: &mut Workspace,
+    pairs: &mut Vec<[u32; 2]>,
+    progress: Progress<'_>,
+) -> Result<(), PairError> {
+    // A margin in another unit than the positions takes all faces in: that is known before any is listed.
+    let [faces_a, faces_b] = bodies.map(|body| body.surface().faces().len());
+    if faces_a.saturating_mul(faces_b) > MAX_PAIRS && are_within(bodies, margin) {
+        return Err(PairError::TooManyNearFaces { margin, limit: MAX_PAIRS });
+    }
+    list_pairs(bodies.map(SurfaceTree::tree), margin, MAX_PAIRS, workspace, pairs, progress)
+}
+
+/// Returns true if a box around both bodies is no wider than the margin.
+fn are_within(bodies: [&SurfaceTree; 2], margin: f64) -> bool {
+    let points = bodies.into_iter().flat_map(|body| body.positions().as_slice());
+    let bounds = Aabb::of_points(points.copied());
+    (bounds.max - bounds.min).length() <= margin
+}
+
+/// As [`list_near_faces`], with a limit.
+fn list_pairs(
+    [a, b]: [&Tree; 2],
+    margin: f64,
+    limit: usize,
+    workspace: &mut Workspace,
+    pairs: &mut Vec<[u32; 2]>,
+    progress: Progress<'_>,
+) -> Result<(), PairError> {
+    /// Pairs of faces between two polls for interruption: a millisecond.
+    const POLL_INTERVAL: u32 = 16_384;
+
+    pairs.clear();
+    let mut polls = progress.every(POLL_INTERVAL);
+    let listed = a.try_pairs(b, margin, workspace, |face_a, face_b| {
+        if pairs.len() == limit {
+            return Err(PairError::TooManyNearFaces { margin, limit });
+        }
+        pairs.push([face_a, face_b]);
+        Ok(polls.step()?)
+    });
+    if listed.is_err() {
+        // Nor is memory kept for as many.
+        *pairs = Vec::new();
+    }
+    listed
+}
+
 /// Variable-length lists of near faces, for the faces of a surface that have any.
 ///
 /// Memory grows to the number of faces of the surface; time to fill it goes with the number of
@@ -23,7 +91,7 @@ impl NearFaces {
     ///
     /// # Panics
     ///
-    /// When a face is not below the count.
+    /// When a face is not below the count, and for 2³² pairs and more.
     pub fn refill(&mut self, face_count: usize, pairs: impl Iterator<Item = (u32, u32)> + Clone) {
         self.clear();
         let Self { rows, faces, starts, entries } = self;
@@ -32,14 +100,15 @@ impl NearFaces {
         }
 
         // Count the entries of each face, and collect the faces that have some.
-        let mut count = 0;
+        let mut count: u64 = 0;
         for (face, _) in pairs.clone() {
+            count += 1;
+            assert!(count < u64::from(u32::MAX), "32-bit numbers count the pairs");
             let entries = &mut rows[face as usize];
             if *entries == 0 {
                 faces.push(face);
             }
             *entries += 1;
-            count += 1;
         }
         faces.sort_unstable();
 
@@ -50,7 +119,7 @@ impl NearFaces {
             start += std::mem::replace(&mut rows[face as usize], start);
         }
         starts.push(start);
-        entries.resize(count, 0);
+        entries.resize(start as usize, 0);
         for (face, entry) in pairs {
             let next = &mut rows[face as usize];
             entries[*next as usize] = entry;
@@ -91,7 +160,29 @@ impl NearFaces {
 
 #[cfg(test)]
 mod tests {
+    use fixtures::shapes::icosphere;
+
     use super::*;
+
+    #[test]
+    fn as_many_pairs_are_listed_as_are_allowed() {
+        let ball = icosphere(1.0, 1);
+        let ball = SurfaceTree::new(ball.surface(), ball.positions).expect("positions are finite");
+        let trees = [ball.tree(); 2];
+        let count = ball.surface().faces().len().pow(2);
+        let (mut workspace, mut pairs) = (Workspace::default(), Vec::new());
+        for (limit, margin) in [(count, 3.0), (count - 1, 3.0), (count - 1, 0.1)] {
+            let listed =
+                list_pairs(trees, margin, limit, &mut workspace, &mut pairs, Progress::none());
+            if margin > 1.0 && limit < count {
+                assert_eq!(listed, Err(PairError::TooManyNearFaces { margin, limit }));
+                assert_eq!(pairs.capacity(), 0, "memory of the list");
+            } else {
+                assert_eq!(listed, Ok(()), "{limit} pairs within {margin}");
+                assert_eq!(pairs.len() == count, margin > 1.0, "{} pairs", pairs.len());
+            }
+        }
+    }
 
     #[test]
     fn rows_hold_their_pairs_and_no_earlier_ones() {

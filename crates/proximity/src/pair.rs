@@ -11,9 +11,9 @@ use surface::progress::{Interrupted, Progress};
 use crate::crossings::Crossings;
 use crate::distance::distance_between;
 use crate::inside::InsideVertices;
-use crate::near_faces::NearFaces;
+use crate::near_faces::{NearFaces, list_near_faces};
 use crate::projection::Candidates;
-use crate::{NearVertex, NoInside, SurfaceTree};
+use crate::{NearVertex, NoInside, PairError, SurfaceTree};
 
 /// Proximity of two surfaces in one state, in memory that is reused from pair to pair.
 ///
@@ -54,24 +54,32 @@ impl PairProximity {
     /// Computes the proximity of `a` and `b`, in place of an earlier pair's.
     ///
     /// Vertices outside are reported within `margin` (`>= 0`) of the other surface.
-    pub fn compute(&mut self, a: &SurfaceTree, b: &SurfaceTree, margin: f64) {
-        // Without a handler nothing interrupts.
-        let _ = self.try_compute(a, b, margin, Progress::none());
+    ///
+    /// # Errors
+    ///
+    /// [`PairError::TooManyNearFaces`] when more than 2²⁶ pairs of faces are within the margin.
+    pub fn compute(
+        &mut self,
+        a: &SurfaceTree,
+        b: &SurfaceTree,
+        margin: f64,
+    ) -> Result<(), PairError> {
+        self.try_compute(a, b, margin, Progress::none())
     }
 
     /// As [`compute`](Self::compute), where a handler may end the call.
     ///
     /// # Errors
     ///
-    /// [`Interrupted`] when `progress` ends the call; nothing is computed then, and nothing is left of
-    /// an earlier pair.
+    /// As [`compute`](Self::compute), and [`PairError::Interrupted`] when `progress` ends the call;
+    /// nothing is computed then, and nothing is left of an earlier pair.
     pub fn try_compute(
         &mut self,
         a: &SurfaceTree,
         b: &SurfaceTree,
         margin: f64,
         progress: Progress<'_>,
-    ) -> Result<(), Interrupted> {
+    ) -> Result<(), PairError> {
         let computed = self.find_both(a, b, margin, progress);
         if computed.is_err() {
             self.clear();
@@ -86,21 +94,21 @@ impl PairProximity {
         self.b.clear();
     }
 
-    /// Finds the proximity of both sides; leaves a part where it is interrupted.
+    /// Finds the proximity of both sides; leaves a part where it fails.
     fn find_both(
         &mut self,
         a: &SurfaceTree,
         b: &SurfaceTree,
         margin: f64,
         progress: Progress<'_>,
-    ) -> Result<(), Interrupted> {
+    ) -> Result<(), PairError> {
         self.find_first(a, b, margin, progress)?;
         let Self { workspace, inside, crossings, near_faces, b: of_b, .. } = self;
 
         let near_to_a = near_faces.iter().map(|&[face_a, face_b]| (face_b, face_a));
         of_b.near_faces.refill(b.surface().faces().len(), near_to_a);
         let of_pair = Neighborhood { cut_faces: &crossings.cut_faces_of_b, margin, progress };
-        of_b.compute(b, a, of_pair, inside, workspace)
+        Ok(of_b.compute(b, a, of_pair, inside, workspace)?)
     }
 
     /// Computes the vertices of `a` against `b`, in place of an earlier pair's; those of `b` are
@@ -108,9 +116,21 @@ impl PairProximity {
     ///
     /// For vertices of `b` that are found by other means: of the same work, each surface takes its
     /// part. [`overlaps`](Self::overlaps) then holds where faces cross or a vertex of `a` is inside.
-    pub fn compute_first(&mut self, a: &SurfaceTree, b: &SurfaceTree, margin: f64) {
-        // Without a handler nothing interrupts.
-        let _ = self.find_first(a, b, margin, Progress::none());
+    ///
+    /// # Errors
+    ///
+    /// As [`compute`](Self::compute).
+    pub fn compute_first(
+        &mut self,
+        a: &SurfaceTree,
+        b: &SurfaceTree,
+        margin: f64,
+    ) -> Result<(), PairError> {
+        let computed = self.find_first(a, b, margin, Progress::none());
+        if computed.is_err() {
+            self.clear();
+        }
+        computed
     }
 
     fn find_first(
@@ -119,7 +139,7 @@ impl PairProximity {
         b: &SurfaceTree,
         margin: f64,
         progress: Progress<'_>,
-    ) -> Result<(), Interrupted> {
+    ) -> Result<(), PairError> {
         self.crossings.find(a, b, &mut self.workspace, progress)?;
         self.find_near_faces(a, b, margin, progress)?;
         let Self { workspace, inside, crossings, near_faces, a: of_a, b: of_b } = self;
@@ -128,7 +148,7 @@ impl PairProximity {
         let near_to_b = near_faces.iter().map(|&[face_a, face_b]| (face_a, face_b));
         of_a.near_faces.refill(a.surface().faces().len(), near_to_b);
         let of_pair = Neighborhood { cut_faces: &crossings.cut_faces_of_a, margin, progress };
-        of_a.compute(a, b, of_pair, inside, workspace)
+        Ok(of_a.compute(a, b, of_pair, inside, workspace)?)
     }
 
     /// Finds the pairs of faces that may be within the margin; without a margin, those that meet.
@@ -138,18 +158,11 @@ impl PairProximity {
         b: &SurfaceTree,
         margin: f64,
         progress: Progress<'_>,
-    ) -> Result<(), Interrupted> {
-        /// Pairs of faces between two polls for interruption: a millisecond.
-        const POLL_INTERVAL: u32 = 16_384;
-
+    ) -> Result<(), PairError> {
         let Self { workspace, crossings, near_faces, .. } = self;
         near_faces.clear();
         if margin > 0.0 {
-            let mut polls = progress.every(POLL_INTERVAL);
-            a.tree().try_pairs(b.tree(), margin, workspace, |face_a, face_b| {
-                near_faces.push([face_a, face_b]);
-                polls.step()
-            })?;
+            list_near_faces([a, b], margin, workspace, near_faces, progress)?;
         } else {
             near_faces.extend_from_slice(&crossings.meeting);
         }

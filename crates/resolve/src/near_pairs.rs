@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DVec3;
 use proximity::PairProximity;
-use scene::{Body, BodyId, PairId, PairReport, Scene, VertexReport};
-use surface::progress::{Interrupted, Progress};
+use scene::{Body, BodyId, PairId, PairReport, Scene, SceneError, VertexReport};
+use surface::progress::Progress;
 use surface::{Contact, TriangleSurface, parallel, triangle};
 
 use crate::ResolveError;
@@ -46,9 +46,10 @@ impl NearPair {
         seam_faces: &SeamFaces,
         found: &mut PairProximity,
         progress: Progress<'_>,
-    ) -> Result<Option<Self>, Interrupted> {
+    ) -> Result<Option<Self>, SceneError> {
         let (a, b) = (scene.body(pair.a), scene.body(pair.b));
-        found.try_compute(fitted_tree(a), fitted_tree(b), margin, progress)?;
+        let computed = found.try_compute(fitted_tree(a), fitted_tree(b), margin, progress);
+        computed.map_err(|error| SceneError::of_pair(scene.names(pair), error))?;
         if !found.has_contact() {
             return Ok(None);
         }
@@ -136,7 +137,7 @@ impl NearPairs {
         reports: &[PairReport],
         margin: f64,
         progress: Progress<'_>,
-    ) -> Result<(), Interrupted> {
+    ) -> Result<(), SceneError> {
         let mut known = Vec::new();
         for report in reports {
             if self.is_wanted(report.pair) {
@@ -154,7 +155,7 @@ impl NearPairs {
             let report = PairReport { distance: None, overlap: None, ..report.clone() };
             Ok(Some(NearPair { edges: edge_contacts(scene, &report), report }))
         });
-        let near: Result<Vec<_>, Interrupted> = near.into_iter().collect();
+        let near: Result<Vec<_>, SceneError> = near.into_iter().collect();
         self.pairs = near?.into_iter().flatten().collect();
         self.pairs.sort_unstable_by_key(|pair| pair.report.pair);
         Ok(())
@@ -234,7 +235,7 @@ impl NearPairs {
         };
         let cost = |pair: &PairId| detection_cost(scene, *pair);
         let detected = parallel::map_costly_first(&stale, cost, PairProximity::default, detect);
-        let detected: Result<Vec<_>, Interrupted> = detected.into_iter().collect();
+        let detected: Result<Vec<_>, SceneError> = detected.into_iter().collect();
         self.pairs.extend(detected?.into_iter().flatten());
         self.pairs.sort_unstable_by_key(|pair| pair.report.pair);
         Ok(())

@@ -3,7 +3,7 @@
 use overlap::{NearAreas, Overlap, OverlapDetector};
 use proximity::{PairProximity, PairSide, Region, SurfaceTree, regions};
 use surface::Aabb;
-use surface::progress::{Interrupted, Progress};
+use surface::progress::Progress;
 
 use crate::coincidence::{Coincidence, shares_volume};
 use crate::pair_overlap::{DepthRequest, PairOverlap};
@@ -28,6 +28,8 @@ impl Scene {
     ///
     /// - [`SceneError::Margin`] and [`SceneError::DepthTolerance`] for parameters out of range.
     /// - [`SceneError::Tree`] when a body is too large to build bounds for.
+    /// - [`SceneError::NearFaces`] when more than 2²⁶ pairs of faces of two bodies are within the margin
+    ///   of each other.
     /// - [`SceneError::Interrupted`] when `progress` ends the call.
     pub fn check(
         &mut self,
@@ -37,7 +39,7 @@ impl Scene {
         params.validate()?;
         let pairs = self.close_pairs_with(params.margin, progress)?;
         self.map_pairs(&pairs, PairDetectors::default, progress, |detectors, pair, progress| {
-            Ok(self.examine(pair, params, detectors, progress)?)
+            self.examine(pair, params, detectors, progress)
         })
     }
 
@@ -48,12 +50,13 @@ impl Scene {
         params: &CheckParams,
         detectors: &mut PairDetectors,
         progress: Progress<'_>,
-    ) -> Result<Option<PairReport>, Interrupted> {
+    ) -> Result<Option<PairReport>, SceneError> {
         let Some(bodies) = self.trees(pair) else { return Ok(None) };
         let [a, b] = bodies;
         let PairDetectors { proximity: found, overlap: detector, near_areas } = detectors;
         // Vertices and crossing faces of the pair, exactly.
-        found.try_compute(a, b, params.margin, progress)?;
+        let computed = found.try_compute(a, b, params.margin, progress);
+        computed.map_err(|error| SceneError::of_pair(self.names(pair), error))?;
         let distance = found.try_distance(a, b, params.margin, progress)?;
         let is_near = distance.is_some() || found.has_contact();
         let may_enclose = self.may_enclose(pair);

@@ -4,7 +4,7 @@ use ccd::CcdError;
 use kdop::TreeError;
 use medial::MedialError;
 use overlap::JointContactError;
-use proximity::SweptError;
+use proximity::{PairError, SweptError};
 use surface::SurfaceError;
 use surface::progress::Interrupted;
 
@@ -93,12 +93,34 @@ pub enum SceneError {
     /// The parameters of joint contact are out of range.
     #[error(transparent)]
     JointContact(JointContactError),
+    /// More faces of two bodies are within the margin of each other than can be listed in reasonable
+    /// memory.
+    #[error("bodies {a:?} and {b:?}: {source}")]
+    NearFaces {
+        /// Name of the first body.
+        a: String,
+        /// Name of the second body.
+        b: String,
+        /// The underlying error, with the margin.
+        source: PairError,
+    },
     /// A margin that is negative, infinite or not a number.
     #[error("the margin is {margin}, but must be finite and at least 0")]
     Margin {
         /// The value given.
         margin: f64,
     },
+}
+
+impl SceneError {
+    /// Names the bodies of a comparison that failed.
+    #[must_use]
+    pub fn of_pair([a, b]: [&str; 2], error: PairError) -> Self {
+        match error {
+            PairError::Interrupted(error) => Self::Interrupted(error),
+            source => Self::NearFaces { a: a.to_owned(), b: b.to_owned(), source },
+        }
+    }
 }
 
 impl From<JointContactError> for SceneError {

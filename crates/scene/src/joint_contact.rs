@@ -37,6 +37,8 @@ impl Scene {
     /// # Errors
     ///
     /// - [`SceneError::JointContact`] when a parameter is out of range, or the resolution too fine.
+    /// - [`SceneError::NearFaces`] when more than 2²⁶ pairs of faces of two bodies are within the margin
+    ///   of each other.
     /// - [`SceneError::NoSuchBody`] when a body is of another scene.
     /// - [`SceneError::Tree`] when a body is too large to build bounds for.
     /// - [`SceneError::Interrupted`] when `progress` ends the call.
@@ -52,7 +54,13 @@ impl Scene {
         }
         self.map_pairs(pairs, OverlapDetector::default, progress, |detector, pair, progress| {
             let Some(bodies) = self.outward_trees(pair) else { return Ok(None) };
-            Ok(Some(contact(bodies, params, detector, progress)?))
+            match contact(bodies, params, detector, progress) {
+                Ok(found) => Ok(Some(found)),
+                Err(JointContactError::NearFaces(error)) => {
+                    Err(SceneError::of_pair(self.names(pair), error))
+                }
+                Err(error) => Err(error.into()),
+            }
         })
     }
 }

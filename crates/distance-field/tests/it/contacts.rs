@@ -97,7 +97,7 @@ fn vertices_agree_with_exact_proximity() {
     };
 
     let mut pair = PairProximity::default();
-    pair.compute(&muscle, &tree_of(&bone), margin + 0.5);
+    pair.compute(&muscle, &tree_of(&bone), margin + 0.5).expect("few faces are near");
     let (mut max, mut turned, mut count) = (0.0_f64, 0.0_f64, 0);
     for near in pair.sides()[0].near().iter().filter(|near| near.gap > -2.0 * SPACING) {
         let Some(FieldContact { contact, .. }) = by_field(near.vertex) else {

@@ -20,7 +20,7 @@ fn all_of_a_surface_is_near_one_that_coincides_with_it() {
         let [a, b] = [cube(4.0), cube(4.0).rotated(DVec3::X, 0.25)]
             .map(|mesh| tree(mesh.rotated(axis, turns).translated(DVec3::new(3.0, 1.0, 7.0))));
         let margin = 0.3;
-        pair.compute(&a, &b, margin);
+        pair.compute(&a, &b, margin).expect("few faces are near");
         let near_faces = pair.sides().map(PairSide::near_faces);
         let found = areas.measure([&a, &b], margin, near_faces, Progress::none());
         for area in found.expect("nothing interrupts") {

@@ -51,7 +51,7 @@ fn compute(
     })?;
 
     let mut pair = PairProximity::default();
-    pair.compute(a, b, JOINT.margin);
+    pair.compute(a, b, JOINT.margin).expect("few faces are near");
     let near_faces = pair.sides().map(PairSide::near_faces);
     let near = near_areas.measure([a, b], JOINT.margin, near_faces, progress)?;
     Ok(Found { overlap, depths, joint, near })

@@ -12,7 +12,7 @@ fn tree(mesh: &fixtures::Mesh) -> SurfaceTree {
 /// Finds a depth within a tolerance; returns true as well if it was searched for.
 fn find(bodies: [&SurfaceTree; 2], deviations: [f64; 2], tolerance: f64) -> (FoundDepth, bool) {
     let mut found = PairProximity::default();
-    found.compute(bodies[0], bodies[1], 0.0);
+    found.compute(bodies[0], bodies[1], 0.0).expect("few faces are near");
     let mut operations = OperationCounts::default();
     let compared = Compared { bodies, deviations };
     let depth = SurfaceDepth::default().find(&found, compared, tolerance, &mut operations);

@@ -95,7 +95,7 @@ fn check_faces(pair: &PairProximity, [a, b]: [&Mesh; 2], margin: f64) -> usize {
 /// many are near.
 fn check_pair(pair: &mut PairProximity, [a, b]: [&Mesh; 2], margin: f64) -> [usize; 2] {
     let trees = [tree(a), tree(b)];
-    pair.compute(&trees[0], &trees[1], margin);
+    pair.compute(&trees[0], &trees[1], margin).expect("few faces are near");
     let meeting = check_faces(pair, [a, b], margin);
     let [of_a, of_b] = pair.sides();
     let of_a = check_side(of_a, a, b, margin, meeting > 0);
@@ -166,14 +166,14 @@ fn nothing_is_inside_a_surface_that_is_declared_open() {
     let large = tree(&shapes::icosphere(10.0, 2));
     let small = tree(&shapes::cube(3.0));
     let mut pair = PairProximity::default();
-    pair.compute(&small, &large, 8.7);
+    pair.compute(&small, &large, 8.7).expect("few faces are near");
     let closed = pair.sides()[0].near().to_vec();
     assert_eq!(pair.sides()[0].inside_vertices().len(), 8);
 
     let open = large.declared_open();
     assert_eq!(open.has_inside(), Err(NoInside::DeclaredOpen));
     assert_eq!(open.has_winding_number(), Err(NoInside::DeclaredOpen));
-    pair.compute(&small, &open, 8.7);
+    pair.compute(&small, &open, 8.7).expect("few faces are near");
     assert_eq!(pair.sides()[0].inside_count(), Err(NoInside::DeclaredOpen));
     assert!(!pair.overlaps() && pair.has_contact());
     for (near, before) in pair.sides()[0].near().iter().zip(&closed) {

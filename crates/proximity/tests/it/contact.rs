@@ -25,7 +25,7 @@ fn stencils_name_particles_by_their_numbers_and_hold_their_identity() {
     };
 
     let mut pair = PairProximity::default();
-    pair.compute(&a, &b, 0.5);
+    pair.compute(&a, &b, 0.5).expect("few faces are near");
     for rigid in [[false, false], [false, true], [true, false], [true, true]] {
         let [p, q] = [0, 1].map(|k| ContactSurface {
             surface: [&a, &b][k].surface(),

@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use fixtures::{Mesh, damage, shapes};
 use glam::DVec3;
-use proximity::{PairProximity, PairSide, SurfaceTree};
-use surface::progress::{Interrupted, Progress};
+use proximity::{PairError, PairProximity, PairSide, SurfaceTree};
+use surface::progress::Progress;
 
 fn tree(mesh: Mesh) -> SurfaceTree {
     SurfaceTree::new(mesh.surface(), mesh.positions).expect("a tree")
@@ -21,9 +21,9 @@ fn memory_of_another_pair_is_no_part_of_an_answer() {
         let other = shapes::ellipsoid(DVec3::new(10.0, 4.0, 4.0), 3);
         let b = tree(other.translated(DVec3::new(by, 0.3, 0.1)));
         let mut fresh = PairProximity::default();
-        fresh.compute(&a, &b, margin);
-        used.compute(&b, &a, 3.0 * margin);
-        used.compute(&a, &b, margin);
+        fresh.compute(&a, &b, margin).expect("few faces are near");
+        used.compute(&b, &a, 3.0 * margin).expect("few faces are near");
+        used.compute(&a, &b, margin).expect("few faces are near");
 
         assert_eq!(used.crossing_faces(), fresh.crossing_faces(), "by {by}");
         for (used, fresh) in used.sides().into_iter().zip(fresh.sides()) {
@@ -36,8 +36,8 @@ fn memory_of_another_pair_is_no_part_of_an_answer() {
         }
 
         // The first side alone is that of both.
-        used.compute(&b, &a, margin);
-        used.compute_first(&a, &b, margin);
+        used.compute(&b, &a, margin).expect("few faces are near");
+        used.compute_first(&a, &b, margin).expect("few faces are near");
         assert_eq!(used.crossing_faces(), fresh.crossing_faces(), "by {by}");
         let ([one, none], [same, _]) = (used.sides(), fresh.sides());
         assert_eq!(one.inside_vertices(), same.inside_vertices(), "by {by}");
@@ -65,8 +65,8 @@ fn faces_that_look_inward_change_no_normal() {
         let [outward, inward] = [tree(plate.clone()), tree(plate.clone().flipped())];
         assert!(inward.is_inside_out() && !outward.is_inside_out());
         let (mut found, mut turned) = (PairProximity::default(), PairProximity::default());
-        found.compute(&a, &outward, 1.0);
-        turned.compute(&a, &inward, 1.0);
+        found.compute(&a, &outward, 1.0).expect("few faces are near");
+        turned.compute(&a, &inward, 1.0).expect("few faces are near");
         let [near, of_turned] = [&found, &turned].map(|found| found.sides()[0].near());
         assert_eq!(near.len(), of_turned.len());
         for (near, turned) in near.iter().zip(of_turned) {
@@ -85,7 +85,7 @@ fn compute_until(
     pair: &mut PairProximity,
     [a, b]: [&SurfaceTree; 2],
     last: usize,
-) -> Result<(), Interrupted> {
+) -> Result<(), PairError> {
     let polls = AtomicUsize::new(0);
     let handler = |_: f64| {
         let poll = polls.fetch_add(1, Ordering::Relaxed);
@@ -101,7 +101,7 @@ fn nothing_is_left_of_a_pair_that_was_interrupted() {
     let mut polls = 0;
     loop {
         // The pair before overlaps.
-        pair.compute(&b, &a, 1.0);
+        pair.compute(&b, &a, 1.0).expect("few faces are near");
         if compute_until(&mut pair, [&a, &b], polls).is_ok() {
             break;
         }
@@ -119,7 +119,7 @@ fn a_body_deeper_inside_than_the_margin_is_near_with_all_of_its_vertices() {
     let (small, large) = (tree(shapes::cube(1.0)), tree(shapes::cube(9.0)));
     let mut pair = PairProximity::default();
     for margin in [0.0, 0.5, 5.0] {
-        pair.compute(&small, &large, margin);
+        pair.compute(&small, &large, margin).expect("few faces are near");
         let near = pair.sides()[0].near();
         assert_eq!(near.len(), 8, "margin {margin}");
         assert!(near.iter().all(|near| (near.gap + 4.0).abs() < 1e-12), "margin {margin}");
@@ -134,7 +134,7 @@ fn vertices_on_a_surface_are_within_a_margin_of_zero() {
     let mut pair = PairProximity::default();
     for (height, expected) in [(5.0, 4), (5.0_f64.next_up(), 0)] {
         let cube = tree(shapes::cube(2.0).translated(DVec3::new(0.25, 0.125, height)));
-        pair.compute(&cube, &floor, 0.0);
+        pair.compute(&cube, &floor, 0.0).expect("few faces are near");
         let near = pair.sides()[0].near();
         assert_eq!(near.len(), expected, "at {height}");
         assert!(near.iter().all(|near| near.gap == 0.0 && near.normal == DVec3::Z), "{near:?}");
@@ -162,7 +162,7 @@ fn normals_are_those_of_the_face_where_a_vertex_is_on_it_but_for_rounding() {
         let lowest = lowest.expect("a corner");
         let by = foot + height * up - tip.positions[lowest];
         tip = tip.translated(by);
-        pair.compute(&tree(tip), &floor, 0.2);
+        pair.compute(&tree(tip), &floor, 0.2).expect("few faces are near");
         let near = pair.sides()[0].near().iter().find(|near| near.vertex as usize == lowest);
         let near = near.expect("the tip is near");
         assert!((near.gap - height).abs() < 1e-8, "{near:?}");
@@ -181,7 +181,7 @@ fn what_a_surface_with_holes_surrounds_is_inside() {
     let small = |x: f64| tree(shapes::icosphere(2.0, 2).translated(DVec3::new(x, 0.1, 0.2)));
     let inside = |a: &SurfaceTree, b: &SurfaceTree| {
         let mut found = PairProximity::default();
-        found.compute(a, b, 1.0);
+        found.compute(a, b, 1.0).expect("few faces are near");
         let [of_a, of_b] = found.sides();
         assert!(of_a.inside_vertices().is_empty(), "the hollow one is in the other");
         assert_eq!(found.overlaps(), !of_b.inside_vertices().is_empty(), "by vertices");

@@ -10,7 +10,7 @@ use surface::{Contact, RigidState};
 use super::{DetectorScratch, FallbackReason, FoundContacts, StepDetectors};
 use crate::closest_pairs::{ActingGaps, SurfaceState, may_touch};
 use crate::medial_contacts::{follow, medial_error};
-use crate::{Body, BodyId, PairId, Scene, StepError};
+use crate::{Body, BodyId, PairId, Scene, SceneError, StepError};
 
 /// Gap up to which all vertices were detected, or the reason against the method.
 type Detected = Result<f64, FallbackReason>;
@@ -31,24 +31,25 @@ impl StepDetectors {
         pair: PairId,
         is_coarse: [bool; 2],
         reach: f64,
-    ) -> f64 {
+    ) -> Result<f64, StepError> {
         let [a, b] = pair.bodies();
         let sides = [(a, is_coarse[0]), (b, is_coarse[1])].map(|(id, is_coarse)| {
             let coarse = self.bodies.get(id.index()).and_then(|own| own.coarse.as_ref());
             ComparedSurface::new(scene.body(id), coarse.filter(|_| is_coarse))
         });
-        let [Some(a), Some(b)] = sides else { return reach };
+        let [Some(a), Some(b)] = sides else { return Ok(reach) };
 
         // Vertices of each against the other, and ridges that cross without a vertex inside.
         let gaps = self.params.gaps();
         let DetectorScratch { surfaces, ridges, found, .. } = &mut self.scratch;
-        surfaces.compute(a.tree, b.tree, reach);
+        let computed = surfaces.compute(a.tree, b.tree, reach);
+        computed.map_err(|error| SceneError::of_pair(scene.names(pair), error))?;
         for (near, [of, on]) in surfaces.sides().into_iter().zip([[a, b], [b, a]]) {
             found.add_vertices(&of, &on, near.near(), gaps);
         }
         found.ridges = ridges.add_contacts(surfaces, [a, b], reach, &mut found.contacts);
         found.is_unheld = surfaces.overlaps() && !found.touches(gaps);
-        reach
+        Ok(reach)
     }
 
     /// Detects a pair by coarse surfaces of one body or both.
@@ -79,26 +80,33 @@ impl StepDetectors {
         if is_coarse == [false; 2] {
             return Ok(Err(FallbackReason::NoStructure));
         }
-        let found = self.detect_surfaces(scene, pair, is_coarse, reach);
+        let found = self.detect_surfaces(scene, pair, is_coarse, reach)?;
         Ok(Ok(found - self.params.tolerance))
     }
 
     /// Detects a pair by the field of one body.
-    pub(super) fn detect_field(&mut self, scene: &Scene, pair: PairId, reach: f64) -> Detected {
+    pub(super) fn detect_field(
+        &mut self,
+        scene: &Scene,
+        pair: PairId,
+        reach: f64,
+    ) -> Result<Detected, StepError> {
         // The first rigid body that has one.
         let [a, b] = pair.bodies();
         let has_field = |id: &BodyId| scene.body(*id).is_rigid() && self.field(*id).is_some();
         let Some(bone) = [a, b].into_iter().find(has_field) else {
-            return Err(FallbackReason::NoStructure);
+            return Ok(Err(FallbackReason::NoStructure));
         };
-        let pose = scene.body(bone).pose().ok_or(FallbackReason::NoPose)?;
+        let Some(pose) = scene.body(bone).pose() else { return Ok(Err(FallbackReason::NoPose)) };
         let other = if bone == a { b } else { a };
         let sides = [bone, other].map(|id| ComparedSurface::new(scene.body(id), None));
-        let [Some(bone_side), Some(side)] = sides else { return Ok(reach) };
+        let [Some(bone_side), Some(side)] = sides else { return Ok(Ok(reach)) };
 
         // Vertices and edges by the field, and the bone's own vertices, which it does not see.
         let structures = &self.bodies[bone.index()];
-        let detector = structures.field.as_ref().ok_or(FallbackReason::NoStructure)?;
+        let Some(detector) = structures.field.as_ref() else {
+            return Ok(Err(FallbackReason::NoStructure));
+        };
         let gaps = self.params.gaps();
         let DetectorScratch { surfaces, field, closest, found, .. } = &mut self.scratch;
         field.compute(detector, &RigidState::at_rest(pose), side.tree, side.contact.particles);
@@ -114,10 +122,11 @@ impl StepDetectors {
             let acts = acts || field_may_touch(&side, &mut bone_query, of_field, gaps);
             found.push(of_field.contact, acts);
         }
-        surfaces.compute_first(bone_side.tree, side.tree, reach);
+        let computed = surfaces.compute_first(bone_side.tree, side.tree, reach);
+        computed.map_err(|error| SceneError::of_pair(scene.names(pair), error))?;
         found.add_vertices(&bone_side, &side, surfaces.sides()[0].near(), gaps);
         found.is_unheld = surfaces.overlaps() && !found.touches(gaps);
-        Ok(reach.min(detector.margin()))
+        Ok(Ok(reach.min(detector.margin())))
     }
 
     /// Detects the vertices of bodies by the balls of the other.
@@ -170,7 +179,8 @@ impl StepDetectors {
         let sides = [a, b].map(|id| ComparedSurface::new(scene.body(id), None));
         if let [Some(a), Some(b)] = sides {
             let DetectorScratch { surfaces, ridges, found, .. } = &mut self.scratch;
-            surfaces.compute(a.tree, b.tree, 0.0);
+            let computed = surfaces.compute(a.tree, b.tree, 0.0);
+            computed.map_err(|error| SceneError::of_pair(scene.names(pair), error))?;
             if surfaces.overlaps()
                 && (!found.touches(gaps)
                     || ridges.add_contacts(surfaces, [a, b], 0.0, &mut found.contacts) > 0)

@@ -383,9 +383,9 @@ impl StepDetectors {
     fn detect_pair(&mut self, scene: &Scene, pair: PairId, reach: f64) -> Result<f64, StepError> {
         let method = *self.methods.get(&pair).unwrap_or(&self.default);
         let found = match method {
-            StepMethod::Exact => Ok(self.detect_surfaces(scene, pair, [false; 2], reach)),
+            StepMethod::Exact => Ok(self.detect_surfaces(scene, pair, [false; 2], reach)?),
             StepMethod::Coarse => self.detect_coarse(scene, pair, reach)?,
-            StepMethod::Field => self.detect_field(scene, pair, reach),
+            StepMethod::Field => self.detect_field(scene, pair, reach)?,
             StepMethod::Balls => self.detect_balls(scene, pair, reach)?,
         };
 
@@ -397,7 +397,7 @@ impl StepDetectors {
         if !self.fallbacks.iter().any(|fallback| fallback.pair == pair) {
             self.fallbacks.push(Fallback { pair, method, reason });
         }
-        let held = self.detect_surfaces(scene, pair, [false; 2], reach);
+        let held = self.detect_surfaces(scene, pair, [false; 2], reach)?;
 
         // Ridges that have come apart by rounding stay in contact.
         if reason == FallbackReason::CrossingEdges {

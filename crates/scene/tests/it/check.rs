@@ -8,7 +8,7 @@ use fixtures::generate::cases;
 use fixtures::{Mesh, shapes};
 use glam::DVec3;
 use scene::{
-    BodyKind, BodyMove, CheckParams, NoInside, PairReport, Scene, SceneError, VertexReport,
+    BodyKind, BodyMove, CheckParams, NoInside, PairId, PairReport, Scene, SceneError, VertexReport,
 };
 use scene::{Interrupted, Progress};
 use surface::{
@@ -355,4 +355,27 @@ fn ten_thousand_bodies_are_checked() {
         .map(scene::BodyId::index)
         .collect();
     assert_eq!(fitted, [0, 1]);
+}
+
+/// A margin of millimeters beside bodies in meters takes in all faces of both.
+#[test]
+fn margins_that_take_in_too_many_faces_are_an_error() {
+    let ball = shapes::icosphere(0.1, 5);
+    let other = ball.clone().translated(0.3 * DVec3::X);
+    let (mut scene, ids) = scene_of(&[&ball, &other]);
+    let named = |error: &SceneError| {
+        let text = error.to_string();
+        assert!(matches!(error, SceneError::NearFaces { .. }), "{text}");
+        assert!(text.contains("margin of 1000") && text.contains("67108864 pairs"), "{text}");
+    };
+    let checked = scene.check(&CheckParams::new(1000.0), Progress::none());
+    named(&checked.expect_err("419 million pairs of faces"));
+    let params = overlap::JointContactParams { margin: 1000.0, resolution: 1.0, foundation: None };
+    let pairs = [PairId::new(ids[0], ids[1])];
+    let contacts = scene.joint_contacts(&pairs, &params, Progress::none());
+    named(&contacts.expect_err("419 million pairs of faces"));
+
+    // Within a margin in their unit they are near.
+    let near = scene.check(&CheckParams::new(0.11), Progress::none()).expect("a check");
+    assert_eq!(near.len(), 1);
 }
