@@ -44,6 +44,7 @@ mod csr;
 mod defects;
 mod error;
 mod expansion;
+mod face_bounds;
 mod fan;
 mod hausdorff;
 mod inspect;

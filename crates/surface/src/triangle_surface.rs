@@ -4,10 +4,8 @@
 //! their smaller vertex, so that building is linear and the numbering depends on the faces
 //! alone.
 
-use glam::DVec3;
-
 use crate::csr::Csr;
-use crate::{Aabb, Positions, SurfaceError, TriangleFeature};
+use crate::{SurfaceError, TriangleFeature};
 
 /// Placeholder for the missing edge between two equal corners of a face.
 pub const NO_EDGE: u32 = u32::MAX;
@@ -147,20 +145,6 @@ impl TriangleSurface {
             }
             TriangleFeature::Edge(_) | TriangleFeature::Face => std::slice::from_ref(face),
         }
-    }
-
-    /// Returns the positions of the vertices that have faces, ascending. Others, as reference nodes of a solver, are no
-    /// part of the surface.
-    pub fn used_positions(&self, x: Positions<'_>) -> impl Iterator<Item = DVec3> {
-        let has_faces = |vertex: &u32| !self.vertex_faces(*vertex).is_empty();
-        let vertices = (0..).take(self.vertex_count).filter(has_faces);
-        vertices.map(move |vertex| x.at(vertex))
-    }
-
-    /// Returns the box around all faces: vertices without a face may be out of it.
-    #[must_use]
-    pub fn bounds(&self, x: Positions<'_>) -> Aabb {
-        Aabb::of_points(self.used_positions(x))
     }
 
     /// Returns the smallest vertex of each connected component, ascending.
