@@ -2,7 +2,8 @@
 //!
 //! Samples are spread evenly over the area of the surface, and evenly up to two spacings to
 //! either side. Distances there are exact: a face can only be nearer than the sample's own if
-//! its box is, and few boxes are.
+//! its box is, and few boxes are. So are their signs, where the surface is closed: a value of the
+//! wrong sign is off by the sum of both distances.
 
 use glam::DVec3;
 use surface::progress::{Interrupted, Progress};
@@ -10,6 +11,7 @@ use surface::{Aabb, Csr, Positions, TriangleSurface, closest_on_triangle, parall
 
 use crate::face_groups::FaceGroups;
 use crate::num::{coordinate, floor_index};
+use crate::sign::{InsideRule, enclosures};
 use crate::{DistanceField, FieldGrid, Interpolation, MeasuredError};
 
 /// Maximum height of a sample over the surface, in spacings.
@@ -39,6 +41,8 @@ pub(crate) struct AccuracyParams {
     pub(crate) samples: usize,
     /// Largest distance of the field.
     pub(crate) truncation: f64,
+    /// Rule by which a sample is inside; `None` compares magnitudes only.
+    pub(crate) rule: Option<InsideRule>,
     /// True if the normals of the surface point inward.
     pub(crate) is_inverted: bool,
 }
@@ -52,25 +56,33 @@ pub(crate) fn accuracy(
 ) -> Result<Option<Accuracy>, Interrupted> {
     let FaceGroups { surface, x, .. } = *groups;
     let spacing = field.grid().spacing();
+    let (near, late) = (progress.part(0.0, 0.9), progress.part(0.9, 1.0));
     let inward = if params.is_inverted { 1.0 } else { -1.0 };
     let depth = inward * THIN * spacing;
     let mut samples = samples(surface, x, params.samples, MAX_HEIGHT * spacing, depth);
 
     // Each sample is visited by the few faces that can change it.
-    for (sample, face) in near_faces(&samples, groups, field.grid(), progress)? {
+    for (sample, face) in near_faces(&samples, groups, field.grid(), near)? {
         samples[sample as usize].visit(x.corners(surface.faces()[face]), depth);
     }
-    Ok(summary(field, &samples, params.truncation))
+    let points: Vec<DVec3> = samples.iter().map(|sample| sample.point).collect();
+    let signs = SampleSigns::new(groups, &points, params.rule, late)?;
+    Ok(summary(field, &samples, &signs, params.truncation))
 }
 
 /// Returns the root mean square and the maximum of the errors.
-fn summary(field: &DistanceField, samples: &[ErrorSample], truncation: f64) -> Option<Accuracy> {
+fn summary(
+    field: &DistanceField,
+    samples: &[ErrorSample],
+    signs: &SampleSigns,
+    truncation: f64,
+) -> Option<Accuracy> {
     // Points of samples beyond the grid have no value.
     let (mut squares, mut max, mut points, mut thin) = (0.0, 0.0_f64, 0, 0);
-    for sample in samples {
+    for (n, sample) in samples.iter().enumerate() {
         thin += usize::from(sample.is_thin);
         if let Some(value) = field.evaluate(sample.point, Interpolation::Trilinear) {
-            let error = (value.distance.abs() - sample.distance.min(truncation)).abs();
+            let error = signs.error(n, value.distance, sample.distance.min(truncation));
             squares += error * error;
             max = max.max(error);
             points += 1;
@@ -80,6 +92,33 @@ fn summary(field: &DistanceField, samples: &[ErrorSample], truncation: f64) -> O
     let rms = (squares / coordinate(points)).sqrt();
     let thin_fraction = coordinate(thin) / coordinate(samples.len());
     (points > 0).then_some(Accuracy { error: MeasuredError { points, rms, max }, thin_fraction })
+}
+
+/// Exact signs of samples: per sample, true if it is inside; `None` where no inside is defined.
+pub(crate) struct SampleSigns(Option<Vec<bool>>);
+
+impl SampleSigns {
+    /// Computes the signs of samples at some points.
+    pub(crate) fn new(
+        groups: &FaceGroups<'_>,
+        points: &[DVec3],
+        rule: Option<InsideRule>,
+        progress: Progress<'_>,
+    ) -> Result<Self, Interrupted> {
+        let Some(rule) = rule else { return Ok(Self(None)) };
+        let counts = enclosures(groups, points, progress)?;
+        Ok(Self(Some(counts.into_iter().map(|count| rule.holds(count)).collect())))
+    }
+
+    /// Returns the error of the value at a sample whose exact distance is given: of its magnitude
+    /// only where no inside is defined.
+    pub(crate) fn error(&self, sample: usize, value: f64, distance: f64) -> f64 {
+        match &self.0 {
+            Some(is_inside) if is_inside[sample] => (value + distance).abs(),
+            Some(_) => (value - distance).abs(),
+            None => (value.abs() - distance).abs(),
+        }
+    }
 }
 
 /// Point over the surface, at which the field is compared.
@@ -275,5 +314,30 @@ impl Blocks {
     fn block(&self, p: DVec3) -> [usize; 3] {
         let u = (p - self.origin) * self.density;
         [0, 1, 2].map(|axis| floor_index(u[axis]).min(self.dims[axis] - 1))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A point outside a ball and one inside, each with the value of either sign.
+    #[test]
+    fn a_wrong_sign_is_off_by_both_distances() {
+        let ball = fixtures::shapes::icosphere(9.0, 2);
+        let surface = ball.surface();
+        let x = surface.positions(&ball.positions).expect("finite positions");
+        let groups = FaceGroups::new(&surface, x);
+        let points = [12.0 * DVec3::Y, 6.0 * DVec3::Y];
+        let errors = |rule: Option<InsideRule>| {
+            let signs = SampleSigns::new(&groups, &points, rule, Progress::none());
+            let signs = signs.expect("not interrupted");
+            [0, 1].map(|sample| [3.5, -3.5].map(|value| signs.error(sample, value, 3.0)))
+        };
+        let expected = [[0.5, 6.5], [6.5, 0.5]];
+        assert_eq!(errors(Some(InsideRule::Positive)), expected);
+        assert_eq!(errors(Some(InsideRule::NonZero)), expected);
+        assert_eq!(errors(Some(InsideRule::Negative)), [[0.5, 6.5]; 2]);
+        assert_eq!(errors(None), [[0.5; 2]; 2]);
     }
 }

@@ -1,6 +1,7 @@
 //! Build of a field from a surface.
 
-use surface::progress::Progress;
+use glam::DVec3;
+use surface::progress::{Interrupted, Progress};
 use surface::{Positions, SurfaceError, TriangleSurface, parallel, triangle};
 
 use crate::accuracy::{AccuracyParams, THIN, accuracy};
@@ -8,7 +9,7 @@ use crate::band::{self, BandParams, MAX_CORRECTION, quasi_interpolate};
 use crate::deep::deep_error;
 use crate::face_groups::FaceGroups;
 use crate::num::{coordinate, floor_count, single};
-use crate::sign::{Winding, enclosed_volume, winding};
+use crate::sign::{Enclosed, InsideRule, Winding, enclosed, enclosures, winding};
 use crate::store::NodeStore;
 use crate::units::GridSurface;
 use crate::voxel::{self, VoxelField};
@@ -129,7 +130,9 @@ struct Unsigned {
     squared: Vec<f32>,
     /// Per node, true if it is inside.
     inside: Vec<bool>,
-    is_closed: bool,
+    /// Rule that the inside follows; `None` for an open surface, whose sign also changes where no
+    /// surface is.
+    rule: Option<InsideRule>,
     is_inverted: bool,
 }
 
@@ -161,8 +164,8 @@ impl Build<'_> {
         let mut field = field.with_node_values(params.method.node_values());
         if params.samples > 0 {
             let truncation = params.truncation.unwrap_or(f64::INFINITY);
-            let is_inverted = unsigned.is_inverted;
-            let params = AccuracyParams { samples: params.samples, truncation, is_inverted };
+            let Unsigned { rule, is_inverted, .. } = unsigned;
+            let params = AccuracyParams { samples: params.samples, truncation, rule, is_inverted };
             field.measure_error(surface, x, params, progress.part(0.9, 1.0))?;
         }
         Ok(field)
@@ -188,7 +191,8 @@ impl Build<'_> {
         if is_sheet {
             self.report.warnings.push(FieldWarning::NoInside);
         }
-        Ok(Unsigned { squared, inside, is_closed: edges == 0, is_inverted })
+        let rule = if is_inverted { InsideRule::Negative } else { InsideRule::Positive };
+        Ok(Unsigned { squared, inside, rule: (edges == 0).then_some(rule), is_inverted })
     }
 
     /// Warns about the edges that bound the surface, counted as its inspection counts them.
@@ -212,25 +216,52 @@ impl Build<'_> {
         0.5 * self.grid.spacing() * area
     }
 
-    /// Computes distances from voxels, signed by flood fill.
+    /// Computes distances from voxels, signed by flood fill and without cavities.
     fn voxel(
         &mut self,
         voxelization: Voxelization,
         progress: Progress<'_>,
     ) -> Result<Unsigned, FieldError> {
         let surface = GridSurface::new(self.surface, self.x, &self.grid);
-        let field = VoxelField::new(&surface, self.grid.dims(), voxelization, progress)?;
+        let (dims, most, rest) =
+            (self.grid.dims(), progress.part(0.0, 0.95), progress.part(0.95, 1.0));
+        let mut field = VoxelField::new(&surface, dims, voxelization, most)?;
+
+        // With neighboring faces of opposite orientations, nothing is enclosed a whole number of
+        // times: no cavity is told from the inside.
+        let Enclosed { volume, boundary_edges } = enclosed(self.surface, self.x);
+        let rule = (boundary_edges == 0).then_some(InsideRule::NonZero);
+        if let Some(rule) = rule {
+            let groups = FaceGroups::new(self.surface, self.x);
+            field.remove_cavities(dims, |nodes| self.are_outside(nodes, &groups, rule, rest))?;
+        }
         let VoxelField { squared, inside, surface_voxels } = field;
 
         // Half of each voxel of the surface is inside.
         self.report.inside_volume = self.volume(voxel::count(&inside));
         let found = self.report.inside_volume + 0.5 * self.volume(surface_voxels);
-        let enclosed = enclosed_volume(self.surface, self.x).abs();
+        let enclosed = volume.abs();
         let fraction = 1.0 - found.min(enclosed) / enclosed;
         if fraction > MAX_LOST {
             self.report.warnings.push(FieldWarning::InteriorLost { fraction });
         }
-        Ok(Unsigned { squared, inside, is_closed: true, is_inverted: false })
+        Ok(Unsigned { squared, inside, rule, is_inverted: volume < 0.0 })
+    }
+
+    /// Returns true for each node that is outside by exact winding numbers.
+    fn are_outside(
+        &self,
+        nodes: &[usize],
+        groups: &FaceGroups<'_>,
+        rule: InsideRule,
+        progress: Progress<'_>,
+    ) -> Result<Vec<bool>, Interrupted> {
+        let [nx, ny, _] = self.grid.dims();
+        let place =
+            |&node: &usize| self.grid.position([node % nx, node / nx % ny, node / (nx * ny)]);
+        let points: Vec<DVec3> = nodes.iter().map(place).collect();
+        let counts = enclosures(groups, &points, progress)?;
+        Ok(counts.into_iter().map(|count| !rule.holds(count)).collect())
     }
 
     /// Returns the bound of [`FieldReport::error_bound`].
@@ -247,7 +278,7 @@ impl Build<'_> {
         let spacing = self.grid.spacing();
         let rounding = ROUNDING.max(SINGLE_ROUNDING * band) * spacing + storage;
         let bound = 0.5 * 3.0_f64.sqrt() * spacing + correction * spacing + rounding;
-        unsigned.is_closed.then_some(bound)
+        unsigned.rule.is_some().then_some(bound)
     }
 
     /// Returns the largest distance that is stored: at most the diagonal of the grid, which
@@ -284,8 +315,8 @@ impl DistanceField {
             self.report.warnings.push(FieldWarning::ThinnerThanGrid { fraction, thickness });
         }
 
-        let (count, truncation) = (params.samples.div_ceil(DEEP_FRACTION), params.truncation);
-        self.report.measured_deep_error = deep_error(self, &groups, count, truncation, deep)?;
+        let params = AccuracyParams { samples: params.samples.div_ceil(DEEP_FRACTION), ..params };
+        self.report.measured_deep_error = deep_error(self, &groups, params, deep)?;
         Ok(())
     }
 }

@@ -5,13 +5,14 @@
 //! rounds off. Both are largest at the creases, where the gradient of the interpolated distance is
 //! shorter than 1: a crease through the middle of a cell leaves it none, and the largest error.
 //! Samples are therefore the middles of the cells with the shortest gradients, among many cells
-//! that are spread evenly over the grid.
+//! that are spread evenly over the grid. As near the surface, a value of the wrong sign is off by
+//! the sum of both distances.
 
 use glam::DVec3;
 use surface::parallel;
 use surface::progress::{Interrupted, Progress};
 
-use crate::accuracy::{MAX_HEIGHT, quasirandom};
+use crate::accuracy::{AccuracyParams, MAX_HEIGHT, SampleSigns, quasirandom};
 use crate::face_groups::FaceGroups;
 use crate::num::coordinate;
 use crate::{DistanceField, Interpolation, MeasuredError, Storage};
@@ -31,29 +32,33 @@ const MAX_SHORTFALL: f64 = 2.0;
 #[derive(Clone, Copy)]
 struct DeepSample {
     point: DVec3,
-    /// Magnitude of the distance that the field has there.
+    /// Distance that the field has there.
     value: f64,
     /// Length of its gradient.
     slope: f64,
 }
 
-/// Compares a field with exact distances at `count` places farther than two spacings from the
+/// Compares a field with exact distances at places farther than two spacings from the
 /// surface; `None` where the field has no such place below its truncation.
 pub(crate) fn deep_error(
     field: &DistanceField,
     groups: &FaceGroups<'_>,
-    count: usize,
-    truncation: f64,
+    params: AccuracyParams,
     progress: Progress<'_>,
 ) -> Result<Option<MeasuredError>, Interrupted> {
+    let AccuracyParams { samples: count, truncation, rule, .. } = params;
+    let (early, late) = (progress.part(0.0, 0.1), progress.part(0.1, 1.0));
     let spacing = field.grid().spacing();
     let samples = creases(field, count, truncation);
-    let steps = progress.steps(samples.len());
+    let points: Vec<DVec3> = samples.iter().map(|sample| sample.point).collect();
+    let signs = SampleSigns::new(groups, &points, rule, early)?;
+
+    let steps = late.steps(samples.len());
     let errors = parallel::map(samples.len(), |i| {
         steps.advance(1)?;
         let DeepSample { point, value, .. } = samples[i];
-        let exact = groups.distance(point, value + MAX_SHORTFALL * spacing);
-        Ok((value - exact.min(truncation)).abs())
+        let exact = groups.distance(point, value.abs() + MAX_SHORTFALL * spacing);
+        Ok(signs.error(i, value, exact.min(truncation)))
     });
 
     let (mut squares, mut max) = (0.0, 0.0_f64);
@@ -86,8 +91,8 @@ fn creases(field: &DistanceField, count: usize, truncation: f64) -> Vec<DeepSamp
         let cell = (quasirandom(n) * cells).floor() + 0.5;
         let point = grid.origin() + cell * grid.spacing();
         let Some(found) = field.evaluate(point, Interpolation::Trilinear) else { continue };
-        let value = found.distance.abs();
-        if value > min_height && value < least_truncated {
+        let (value, height) = (found.distance, found.distance.abs());
+        if height > min_height && height < least_truncated {
             samples.push(DeepSample { point, value, slope: found.gradient.length() });
         }
     }

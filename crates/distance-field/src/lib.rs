@@ -26,12 +26,18 @@
 //! every closed surface, and for others what a person would say. It costs as much as a parity
 //! of crossings, except close to holes.
 //!
+//! By the voxel method, a node is outside where a flood from the border of the grid reaches it.
+//! Regions that the flood does not reach are inside where the surface encloses them, whichever way
+//! its faces are oriented: closed cavities, which properly oriented shells enclose zero times, are
+//! outside. Where neighboring faces have opposite orientations, or voxels leak between a cavity and
+//! the solid around it, all that the flood does not reach is inside.
+//!
 //! # Accuracy
 //!
 //! - Values near a closed surface are within [`FieldReport::error_bound`], which is proved:
 //!   one spacing. On bones the error is a tenth of that nearly everywhere, as every build
 //!   measures at sample points ([`FieldReport::measured_error`]). Nearly all of it comes from
-//!   interpolation.
+//!   interpolation. A value of the wrong sign is off by the sum of both distances.
 //! - Beyond the band, a value may be too large, never too small, where two parts of the
 //!   surface compete: by hundredths of a spacing over a bone, by up to a fifth around a body
 //!   no larger than the band. Every build also measures that where it is expected to be

@@ -45,7 +45,8 @@ pub enum FieldMethod {
     /// Voxelization, distance transform and flood fill, the method of the source.
     ///
     /// Simple, but distances err by half a spacing and directions by 20°, whatever the
-    /// spacing. The flood fill needs a closed surface.
+    /// spacing. The flood fill needs a closed surface; cavities that it does not reach are told
+    /// from the inside by winding number.
     Voxel {
         /// Set of voxels that a face switches on.
         voxelization: Voxelization,

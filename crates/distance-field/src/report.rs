@@ -92,7 +92,10 @@ fn plural(count: usize) -> &'static str {
     if count == 1 { "" } else { "s" }
 }
 
-/// Measured error of a field: its difference from exact distances at sample points.
+/// Measured error of a field: its difference from exact signed distances at sample points.
+///
+/// Magnitudes are compared where no inside is defined: around surfaces with holes, or whose
+/// neighboring faces have opposite orientations.
 ///
 /// Between the samples the error may be larger; [`FieldReport::error_bound`] is proved.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -112,7 +112,10 @@ class DistanceField:
 
     @property
     def measured_error(self) -> MeasuredError | None:
-        """Error near the surface, at sample points; ``None`` for a field from a file."""
+        """Error near the surface, at sample points; ``None`` for a field from a file.
+
+        Wrong signs count, unless the surface is open.
+        """
         measured = self._native.report()["measured_error"]
         return MeasuredError(*measured) if measured else None
 

@@ -1,7 +1,9 @@
-//! Inside and outside: which nodes a surface encloses.
+//! Inside and outside: which nodes and points a surface encloses.
 
 mod chain;
 mod crossings;
+mod enclosures;
 mod winding;
 
-pub(crate) use self::winding::{Winding, enclosed_volume, winding};
+pub(crate) use self::enclosures::{InsideRule, enclosures};
+pub(crate) use self::winding::{Enclosed, Winding, enclosed, winding};

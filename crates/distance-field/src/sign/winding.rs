@@ -76,9 +76,20 @@ pub(crate) fn winding(
     Ok(Winding { inside, is_inverted, boundary_edges: chain.len() })
 }
 
-/// Computes the volume that a surface and its caps enclose; negative where it faces inward.
-pub(crate) fn enclosed_volume(surface: &TriangleSurface, x: Positions<'_>) -> f64 {
-    volume(surface, x, &Chain::new(surface, x).caps(x))
+/// Volume that a surface and its caps enclose.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Enclosed {
+    /// The volume, negative where the surface faces inward.
+    pub(crate) volume: f64,
+    /// Number of boundary edges.
+    pub(crate) boundary_edges: usize,
+}
+
+/// Computes the volume that a surface and its caps enclose.
+pub(crate) fn enclosed(surface: &TriangleSurface, x: Positions<'_>) -> Enclosed {
+    let chain = Chain::new(surface, x);
+    let volume = volume(surface, x, &chain.caps(x));
+    Enclosed { volume, boundary_edges: chain.len() }
 }
 
 fn volume(surface: &TriangleSurface, x: Positions<'_>, caps: &[Cap]) -> f64 {

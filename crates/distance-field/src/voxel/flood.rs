@@ -23,10 +23,9 @@ pub(super) fn enclosed(
     dims: [usize; 3],
     progress: Progress<'_>,
 ) -> Result<Vec<bool>, Interrupted> {
-    let mut states = Vec::with_capacity(voxels.len());
-    for &is_on in voxels {
-        states.push(if is_on { State::Wall } else { State::Free });
-    }
+    // Collected, which vectorizes.
+    let state = |&is_on: &bool| if is_on { State::Wall } else { State::Free };
+    let mut states: Vec<State> = voxels.iter().map(state).collect();
     flood(&mut states, dims, progress)?;
     Ok(states.into_iter().map(|state| state == State::Free).collect())
 }

@@ -3,18 +3,24 @@
 //! Distances are those from the nearest voxel's center: they err by half a spacing, and
 //! directions by 20°, whatever the spacing.
 //!
+//! A flood from outside does not reach a closed cavity either. Unlike the source, each region that
+//! it does not reach is therefore tested at a node deep in it, and is outside where the surface does
+//! not enclose that. Regions that leak through the surface stay inside.
+//!
 //! Source: B. Gilles, "Anatomical and kinematical modelling of the musculoskeletal system
 //! from MRI", PhD thesis, University of Geneva, 2007, section 4.7.2.
 
 mod flood;
+mod regions;
 mod voxelize;
 
-use surface::progress::Progress;
+use surface::progress::{Interrupted, Progress};
 use surface::{SurfaceError, TriangleSurface};
 
 use crate::memory::zeroed;
 use crate::transform::{FAR, feature_transform};
 use crate::units::GridSurface;
+use crate::voxel::regions::EnclosedRegions;
 use crate::{FieldError, Voxelization};
 
 /// Bytes per node that a build holds at once: voxel, squared distance and state of the flood.
@@ -24,7 +30,7 @@ pub(crate) const BYTES_PER_NODE: f64 = 1.0 + 4.0 + 1.0;
 pub(crate) struct VoxelField {
     /// Squared distances of all nodes from the nearest voxel of the surface, in spacings.
     pub(crate) squared: Vec<f32>,
-    /// Per node, true if the flood does not reach it.
+    /// Per node, true if the flood does not reach it, nor is it part of a cavity.
     pub(crate) inside: Vec<bool>,
     /// Number of voxels that the surface switches on.
     pub(crate) surface_voxels: usize,
@@ -48,6 +54,29 @@ impl VoxelField {
         let squared = feature_transform(&mut voxels, dims, progress.part(0.5, 1.0))?;
         let squared = squared.into_iter().map(square_as_float).collect();
         Ok(Self { squared, inside, surface_voxels })
+    }
+
+    /// Takes the cavities from the inside: the regions of it whose nodes are outside by
+    /// `are_outside`, which returns one flag per node of its list.
+    pub(crate) fn remove_cavities(
+        &mut self,
+        dims: [usize; 3],
+        are_outside: impl Fn(&[usize]) -> Result<Vec<bool>, Interrupted>,
+    ) -> Result<(), Interrupted> {
+        // Where there are too many regions to count, all of them stay inside.
+        let Some(regions) = EnclosedRegions::new(&self.inside, dims) else { return Ok(()) };
+        let mut is_cavity = are_outside(&regions.deep_nodes(&self.squared))?;
+        if !is_cavity.contains(&true) {
+            return Ok(());
+        }
+
+        // Where voxels leak, a region is partly enclosed: it stays inside, lest solid parts are lost.
+        let (nodes, region_of) = regions.middles(&is_cavity);
+        for (region, is_outside) in region_of.into_iter().zip(are_outside(&nodes)?) {
+            is_cavity[region] &= is_outside;
+        }
+        regions.remove(&is_cavity, &mut self.inside);
+        Ok(())
     }
 }
 

@@ -10,6 +10,7 @@
 
 mod accuracy;
 mod any_triangles;
+mod cavities;
 mod contacts;
 mod failures;
 mod progress;
