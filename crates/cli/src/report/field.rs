@@ -128,6 +128,14 @@ fn error_text(report: &FieldReport) -> String {
     }
     if !text.is_empty() {
         text += "             measured at these points only: elsewhere it may be larger\n";
+
+        // Around a hole, and by faces that disagree, no inside is defined.
+        let is_undefined = |warning: &FieldWarning| {
+            matches!(warning, FieldWarning::Open { .. } | FieldWarning::Misoriented { .. })
+        };
+        if report.warnings.iter().any(is_undefined) {
+            text += "             of distances without their signs: the inside is not defined\n";
+        }
     }
     if let Some(bound) = report.error_bound {
         text += &format!("  proved     error at most {} near the surface\n", measure(bound));

@@ -124,6 +124,38 @@ fn options_change_the_build() {
     );
 }
 
+/// A cavity is outside by either method, and an inside that leaks out shows in the measured error.
+#[test]
+fn measured_errors_count_wrong_signs() {
+    let workshop = workshop();
+    workshop.write("fat.obj", obj(&icosphere(12.0, 4).joined(&icosphere(8.0, 4).flipped())));
+    let turn = DVec3::new(0.36, 0.48, 0.8);
+    workshop.write("coarse.obj", obj(&icosphere(30.0, 2).rotated(turn, 0.13)));
+    let built = |file: &str, method: &str| {
+        let arguments = [file, "--spacing", "1", "--method", method, "--json", "f.json"];
+        let run = workshop.run("field", &arguments);
+        assert_eq!(run.status, 0, "{}", run.stderr);
+        assert!(!run.stdout.contains("without their signs"), "{}", run.stdout);
+        json(&workshop, "f.json")
+    };
+    let max = |record: &Value| record["built"]["measured_error"]["max"].as_f64();
+    let min = |record: &Value| record["min"].as_f64();
+    for method in ["voxel", "band"] {
+        let fat = built("fat.obj", method);
+        assert!(max(&fat) < Some(1.5), "{method}: {fat}");
+        assert!(min(&fat) > Some(-3.0), "the cavity has a radius of 8: {method}: {fat}");
+    }
+    let lost = built("coarse.obj", "voxel");
+    assert!(max(&lost) > Some(3.0) && min(&lost) > Some(-3.0), "{lost}");
+    let kept = built("coarse.obj", "band");
+    assert!(max(&kept) < Some(1.0) && min(&kept) < Some(-14.0), "{kept}");
+
+    for file in ["open.obj", "turned.obj"] {
+        let run = workshop.run("field", &[file, "--spacing", "1"]);
+        assert!(run.stdout.contains("of distances without their signs"), "{}", run.stdout);
+    }
+}
+
 #[test]
 fn threads_change_no_byte() {
     let workshop = workshop();
