@@ -138,8 +138,7 @@ class Pair(Record):
     def depth(self) -> tuple[float, float] | None:
         """Certified bracket on the larger of both depths.
 
-        ``None`` where nothing is inside, and where the depth in one of the bodies is undefined: it may be
-        the larger one.
+        ``None`` where nothing is inside, and where one of both is undefined: it may be the larger one.
         """
         if self._has_undefined_depth():
             return None
