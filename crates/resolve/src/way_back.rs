@@ -22,6 +22,11 @@ const MAX_STEPS_BACK: usize = 4;
 /// above, it stays away from a bone that is slow.
 const SHORT_STEP: f64 = 0.5;
 
+/// Share of the way straight back below which a body that meets something does not go. Below, bodies that stay pressed
+/// somewhere are unevenly displaced, and rounds have to restore their volumes; above, bodies come late after a bone that
+/// is fast.
+const MIN_WAY: f64 = 0.3;
+
 impl Run<'_> {
     /// Moves tissue that overlaps nothing toward where its elastic energy is least, by steps that let nothing cross.
     pub(crate) fn go_back(&mut self) -> Result<(), ResolveError> {
@@ -56,7 +61,7 @@ impl Run<'_> {
     }
 
     /// Moves tissue straight toward where it is at rest, around each contact on the way up to that contact; returns
-    /// which bodies moved.
+    /// which bodies moved. Bodies that soon meet something stay.
     fn go_straight_back(&mut self) -> Result<Vec<bool>, ResolveError> {
         let mut steps = self.displacements();
         steps.iter_mut().for_each(|step| *step = -*step);
@@ -78,6 +83,9 @@ impl Run<'_> {
         let mut others = &mut shares[..];
         for tissue in &self.tissues {
             let (own, rest) = others.split_at_mut(tissue.rest.len());
+            if own.iter().any(|share| *share < MIN_WAY) {
+                own.fill(0.0);
+            }
             tissue.bound_slope(own, self.params.smoothing.recip());
             others = rest;
         }
