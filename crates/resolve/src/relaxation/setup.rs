@@ -29,6 +29,8 @@ struct Linked {
 /// Rows and bonds with where particles occur in them, and the parts that these connect.
 struct Coupled {
     rows: Vec<GapRow>,
+    /// Rows by their own numbers, which occur in `in_rows`.
+    row_order: Vec<u32>,
     in_rows: Occurrences,
     bonds: Vec<RelaxedBond>,
     in_bonds: Occurrences,
@@ -52,7 +54,7 @@ impl Relaxation {
         let (linked, coupled) =
             parallel::join(|| numbering.link(&links, u), || numbering.couple(rows, &bonds, u));
         let Linked { mut particles, links, mut graph } = linked;
-        let Coupled { rows, in_rows, bonds, in_bonds, graph: of_terms } = coupled;
+        let Coupled { rows, row_order, in_rows, bonds, in_bonds, graph: of_terms } = coupled;
 
         // What holds each particle is known from both.
         for (i, particle) in particles.iter_mut().enumerate() {
@@ -74,7 +76,7 @@ impl Relaxation {
         Self {
             u: particles.iter().map(displaced).collect(),
             links,
-            rows: relaxed_rows(&rows, &particles, &numbers, penalty),
+            rows: relaxed_rows(&rows, &row_order, &particles, &numbers, penalty),
             particles,
             in_rows: in_rows.all,
             bonds,
@@ -145,7 +147,8 @@ impl<'a> Numbering<'a> {
         }
         rows.retain(|row| !row.terms.is_empty());
         let count = self.active.len();
-        let in_rows = occurrences(rows.iter().map(|row| &row.terms), numbers, count);
+        let mut in_rows = occurrences(rows.iter().map(|row| &row.terms), numbers, count);
+        let row_order = in_rows.number_by_first(rows.len());
         let in_bonds = occurrences(bonds.iter().map(|bond| &bond.terms), numbers, count);
 
         let mut relaxed = Vec::with_capacity(bonds.len());
@@ -159,7 +162,7 @@ impl<'a> Numbering<'a> {
         }
         let terms = rows.iter().map(|row| &row.terms).chain(bonds.iter().map(|bond| &bond.terms));
         let graph = self.connect(terms);
-        Coupled { rows, in_rows, bonds: relaxed, in_bonds, graph }
+        Coupled { rows, row_order, in_rows, bonds: relaxed, in_bonds, graph }
     }
 
     /// Connects the parts that have rows or bonds in common.
@@ -173,17 +176,19 @@ impl<'a> Numbering<'a> {
     }
 }
 
-/// Makes the rows that sweeps read, each with a stiffness in proportion to what it moves.
+/// Makes the rows that sweeps read, in their `order`, each with a stiffness in proportion to what it moves.
 fn relaxed_rows(
     rows: &[GapRow],
+    order: &[u32],
     particles: &[RelaxedParticle],
     numbers: &[u32],
     penalty: f64,
 ) -> Vec<RelaxedRow> {
     parallel::map_slice_with(
-        rows,
+        order,
         || (),
-        |(), GapRow { terms, normal, missing }| {
+        |(), &number| {
+            let GapRow { terms, normal, missing } = &rows[number as usize];
             let mut compliance = 0.0;
             for &(particle, weight) in terms {
                 let stiffness = particles[numbers[particle as usize] as usize].diagonal;
