@@ -5,9 +5,10 @@ use std::time::Duration;
 
 use scene::{PairId, Scene};
 
+use crate::box_depth::max_depth_by_boxes;
 use crate::detection::LeftOutPair;
 use crate::motion::{BodyMotion, LastDepth};
-use crate::pair_detector::{Frame, PairDetector, max_depth_by_boxes};
+use crate::pair_detector::{Frame, PairDetector};
 use crate::{Detection, OperationCounts, Plan, PlanError};
 
 /// Budget of one frame. The pair under way when it is spent is completed.

@@ -56,6 +56,7 @@
 
 mod accuracy;
 mod bone_field;
+mod box_depth;
 mod budget;
 mod builder;
 mod candidates;

@@ -27,9 +27,10 @@ pub enum DetectionMethod {
     /// [`Exact`](Self::Exact); the gaps of contacts err by up to the bound of the field, to either
     /// side.
     Field,
-    /// Vertices of each body against the medial surface of the other; rigid bodies have none. The
-    /// bound holds for gaps in the shape at which balls were generated, and no overlap by edges or
-    /// faces is seen: a pair without contacts is [undecided](crate::PairState::Undecided).
+    /// Vertices of each body against the medial surface of the other; rigid bodies have none. Gaps err by up to the
+    /// bound of that [structure](StructureKind::Medial), in the shape at which balls were generated. No overlap by edges
+    /// or faces is seen, and none of a muscle's vertices in a bone: the bound on the pair's depth is that of the boxes
+    /// around both bodies, and a pair without contacts is [undecided](crate::PairState::Undecided).
     ///
     /// Used only where it is forced. It serves depths across the whole of a thin muscle, with
     /// normals that do not jump.

@@ -6,9 +6,10 @@ use kdop::Workspace;
 use medial::MedialScratch;
 use proximity::{ClosestPoint, PairProximity, SurfaceTree, contact};
 use scene::{Body, BodyId, DepthBracket, PairId, Scene, SceneError};
-use surface::{Aabb, Contact, ContactSide, Term};
+use surface::{Contact, ContactSide, Term};
 
 use crate::bone_field::MAX_DEPTH;
+use crate::box_depth::max_depth_by_face_boxes;
 use crate::compared::ComparedSurface;
 use crate::cost::{count, far_share};
 use crate::motion::LastDepth;
@@ -259,10 +260,10 @@ impl PairDetector {
         }
 
         let depth = self.found.min_gap.map_or(0.0, |gap| (-gap).max(0.0));
-        let box_of = |id| Aabb::of_points(scene.body(id).positions().iter().copied());
-        let upper = max_depth_by_boxes(scene, pair, pair.bodies().map(box_of));
+        let upper = max_depth_by_face_boxes(scene, pair);
         let bracket = DepthBracket { lower: 0.0, upper };
-        self.decide(depth > 0.0, FoundDepth { depth, bracket }, tolerance);
+        let found = FoundDepth { depth: depth.min(upper), bracket };
+        self.decide(depth > 0.0, found, tolerance);
     }
 }
 
@@ -277,26 +278,6 @@ fn apart(pair: PairId) -> PairDetection {
         min_gap: None,
         contacts: 0..0,
     }
-}
-
-/// Bounds the depth of a pair by the boxes of its bodies.
-///
-/// A point in both boxes leaves a body, and so meets its surface, within the way out of that
-/// body's box along any axis.
-pub(crate) fn max_depth_by_boxes(scene: &Scene, pair: PairId, boxes: [Aabb; 2]) -> f64 {
-    let common = boxes[0].intersection(boxes[1]);
-    if common.is_empty() {
-        return 0.0;
-    }
-
-    let mut upper: f64 = 0.0;
-    for (id, of_body) in pair.bodies().into_iter().zip(boxes) {
-        if scene.body(id).has_inside().is_ok() {
-            let way = (of_body.max - common.min).min(common.max - of_body.min);
-            upper = upper.max(way.min(0.5 * of_body.sides()).min_element());
-        }
-    }
-    upper
 }
 
 /// Lowers the smallest gap so far to another one.

@@ -423,7 +423,7 @@ impl<'a> Planner<'a> {
                 cost,
                 measured_seconds: None,
             };
-            planned.accuracy = structures.accuracy(&planned, self.params.tolerance);
+            planned.accuracy = structures.accuracy(scene, &planned, self.params.tolerance);
             pairs.push(planned);
         }
 

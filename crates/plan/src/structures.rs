@@ -7,6 +7,7 @@ use scene::{Body, BodyId, PairId, Revision, Scene};
 use surface::{RigidState, parallel};
 
 use crate::bone_field::BoneField;
+use crate::box_depth::max_depth_by_face_boxes;
 use crate::choice::StructureSet;
 use crate::coarse_levels::{CoarseLevels, MAX_DEVIATION};
 use crate::cost::{count, far_share};
@@ -206,7 +207,7 @@ impl Structures {
     }
 
     /// Returns the accuracy of a pair's depth and gaps.
-    pub(crate) fn accuracy(&self, planned: &PairPlan, tolerance: f64) -> Accuracy {
+    pub(crate) fn accuracy(&self, scene: &Scene, planned: &PairPlan, tolerance: f64) -> Accuracy {
         let [a, b] = planned.pair.bodies().map(|id| &self.bodies[id.index()]);
         match planned.method {
             // The bracket on the depth holds the deviations, and its depth is within the tolerance.
@@ -216,8 +217,10 @@ impl Structures {
                 let accuracy = field.field_accuracy();
                 Accuracy { bound: accuracy.bound.max(tolerance), ..accuracy }
             }
+            // Balls see no more of the depth than that of vertices, and in bodies that have balls.
             DetectionMethod::Balls => {
-                let bound = a.medial_accuracy().bound.max(b.medial_accuracy().bound);
+                let of_gaps = a.medial_accuracy().bound.max(b.medial_accuracy().bound);
+                let bound = of_gaps.max(max_depth_by_face_boxes(scene, planned.pair));
                 Accuracy { is_proved: false, ..Accuracy::proved(bound) }
             }
         }

@@ -5,8 +5,8 @@ use std::time::Instant;
 
 use glam::DVec3;
 use musculo_collide::{
-    CheckParams, Depth, DepthBracket, Detection, PairId, PairReport, PairState, Plan, Progress,
-    Scene, SceneError,
+    CheckParams, Depth, DepthBracket, Detection, DetectionMethod, PairDetection, PairId,
+    PairReport, PairState, Plan, Progress, Scene, SceneError,
 };
 
 use super::plan_times::FrameTimes;
@@ -124,8 +124,12 @@ impl Comparison {
         let found = detection.pair(pair);
         let depth = found.map_or(0.0, |found| found.max_depth);
         let error = (exact.lower - depth).max(depth - exact.upper).max(0.0);
-        let is_exceeded = match found.map(|found| found.state) {
-            Some(PairState::Undecided { upper }) => exact.lower > upper,
+        let is_exceeded = match found {
+            Some(PairDetection { state: PairState::Undecided { upper }, .. }) => {
+                exact.lower > *upper
+            }
+            // Boxes of this state bound what balls see.
+            Some(found) if found.method == DetectionMethod::Balls => error > found.depth.upper,
             _ => error > bound,
         };
         if is_exceeded {

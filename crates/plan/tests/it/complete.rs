@@ -71,6 +71,8 @@ fn assert_within_bound(
             if method == Some(DetectionMethod::Balls) {
                 assert_ne!(found.state, PairState::Apart, "{label}: {found:?}");
                 assert!(found.depth.upper >= exact.lower, "{label}: {found:?}");
+                let error = (found.max_depth - exact.lower).abs();
+                assert!(error <= accuracy.bound, "{label}: {found:?}, {exact:?}, {accuracy:?}");
                 continue;
             }
             assert!(found.is_overlapping(), "{label}: {found:?}");
@@ -205,6 +207,13 @@ fn nothing_deeper_than_the_tolerance_is_apart() {
             }
         }
     }
+}
+
+#[test]
+fn a_thin_muscle_deep_in_a_bone() {
+    // The bone is nowhere deep in the muscle, which is all that balls see.
+    let muscle = shapes::plate(DVec3::new(60.0, 60.0, 2.0), [30, 30]);
+    assert_within_bound([&shapes::icosphere(10.0, 4), &muscle], [8.9, 9.0], &ALL, &[1.0, 0.5]);
 }
 
 #[test]
