@@ -18,6 +18,9 @@ pub enum SceneError {
         /// The name.
         name: String,
     },
+    /// A body without a name could not be told from others in a report.
+    #[error("a body has no name")]
+    EmptyName,
     /// A body without faces touches nothing.
     #[error("body {name:?} has no faces")]
     NoFaces {

@@ -28,8 +28,8 @@ impl Scene {
     ///
     /// # Errors
     ///
-    /// [`SceneError::DuplicateName`], [`SceneError::NoFaces`], [`SceneError::TooManyParticles`],
-    /// and [`SceneError::Surface`] where the positions do not fit the surface or are not finite.
+    /// [`SceneError::DuplicateName`], [`SceneError::EmptyName`], [`SceneError::NoFaces`],
+    /// [`SceneError::TooManyParticles`], and [`SceneError::Surface`] where the positions do not fit the surface or are not finite.
     pub fn add(
         &mut self,
         name: impl Into<String>,
@@ -71,6 +71,9 @@ impl Scene {
 
     /// Checks that a body can be added; returns the number of its first particle.
     fn check_new(&self, name: String, particles: usize) -> Result<(String, u32), SceneError> {
+        if name.is_empty() {
+            return Err(SceneError::EmptyName);
+        }
         if self.ids.contains_key(&name) {
             return Err(SceneError::DuplicateName { name });
         }

@@ -176,7 +176,7 @@ fn invalid_input_is_named_and_nothing_is_written() {
         (&["turned.obj"], "turned.obj: the surface is inside out"),
         (&["pierced.obj"], "`check` lists them with their places. Remove them and fill the holes"),
         (&["thin.obj"], "thin.obj: the surface is too thin for its faces"),
-        (&["muscle.obj", "--balls", "0"], "muscle.obj: size is 0"),
+        (&["muscle.obj", "--balls", "0"], "muscle.obj: number of balls is 0"),
         (&["muscle.obj", "--balls", "223"], "muscle.obj: 223 balls were requested"),
         (&["muscle.obj", "--tolerance", "-1"], "muscle.obj: tolerance is -1"),
         (&["muscle.obj", "--tolerance", "nan"], "muscle.obj: tolerance is NaN"),

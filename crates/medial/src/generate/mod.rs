@@ -88,7 +88,8 @@ impl MedialParams {
         let weight = self.inscribed_weight;
         match self.size {
             MedialSize::Balls(0) => {
-                Err(MedialError::Parameter { name: "size", value: 0.0, range: "at least 1" })
+                let (name, range) = ("number of balls", "at least 1");
+                Err(MedialError::Parameter { name, value: 0.0, range })
             }
             MedialSize::Tolerance(value) if !value.is_finite() || value <= 0.0 => {
                 let range = "positive and finite";

@@ -276,6 +276,7 @@ fn invalid_bodies_and_margins_are_rejected() {
     add(&mut scene, "ball", &ball).unwrap();
     let twice = add(&mut scene, "ball", &ball);
     assert_eq!(twice, Err(SceneError::DuplicateName { name: "ball".into() }));
+    assert_eq!(add(&mut scene, "", &ball), Err(SceneError::EmptyName));
     let faceless = Mesh { faces: Vec::new(), ..ball.clone() };
     let none = add(&mut scene, "dust", &faceless);
     assert_eq!(none, Err(SceneError::NoFaces { name: "dust".into() }));
