@@ -13,6 +13,7 @@ mod contact_triangles;
 mod division;
 mod document;
 mod field;
+mod frame_pair;
 mod frame_times;
 mod gallery;
 mod inverted_part;

@@ -5,6 +5,7 @@ use musculo_collide::{
 };
 use serde::{Deserialize, Serialize};
 
+use super::frame_pair::FramePair;
 use super::frame_times::FrameTimes;
 use super::joint_contact::{
     ContactTable, JointContactRecord, PairContact, SurfaceContact, joint_title,
@@ -40,6 +41,8 @@ pub(crate) struct FrameRecord {
     deepest: Option<DepthRecord>,
     /// Volume of all overlaps in the frame; none where the inside of a body that overlaps is undefined.
     pub(crate) volume: Option<f64>,
+    /// Pairs that overlap in the frame.
+    pairs: Vec<FramePair>,
     /// Joint contact of each surface with another, where it is measured and there is some.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     joint_contact: Vec<SurfaceContact>,
@@ -212,16 +215,16 @@ impl FrameRecord {
         time: Option<f64>,
         reports: &[PairReport],
     ) -> Self {
-        let (mut overlapping_pairs, mut volume) = (0, Some(0.0));
+        let mut volume = Some(0.0);
         for report in reports {
-            overlapping_pairs += usize::from(report.overlaps);
             if let Some(overlap) = &report.overlap {
                 let of_pair = overlap.measures.total.volume;
                 volume = volume.zip(of_pair).map(|(others, of_pair)| others + of_pair);
             }
         }
-        let (deepest, joint_contact) = (deepest(scene, reports), Vec::new());
-        Self { frame, time, overlapping_pairs, deepest, volume, joint_contact, step: None }
+        let (deepest, pairs) = (deepest(scene, reports), FramePair::list(scene, reports));
+        let (overlapping_pairs, joint_contact) = (pairs.len(), Vec::new());
+        Self { frame, time, overlapping_pairs, deepest, volume, pairs, joint_contact, step: None }
     }
 
     /// Adds the joint contact of pairs.

@@ -143,6 +143,33 @@ fn bodies_at_rest_are_named() {
 }
 
 #[test]
+fn every_pair_that_overlaps_in_a_frame_is_listed() {
+    let workshop = Workshop::new();
+    let run = workshop.run("motion", &[THIGH, "--json", "m.json"]);
+    assert_eq!(run.status, 1, "{}", run.stderr);
+    let document = json(&workshop, "m.json");
+    let mut most = 0;
+    for frame in document["frames"].as_array().expect("frames") {
+        let pairs = frame["pairs"].as_array().expect("pairs");
+        assert_eq!(frame["overlapping_pairs"], pairs.len(), "{frame}");
+        most = most.max(pairs.len());
+
+        let (mut volume, mut deepest) = (0.0, 0.0_f64);
+        for pair in pairs {
+            volume += pair["overlap"]["volume"].as_f64().expect("a volume");
+            for depth in ["depth_of_a_in_b", "depth_of_b_in_a"] {
+                deepest = deepest.max(pair[depth]["lower"].as_f64().unwrap_or_default());
+            }
+        }
+        assert_eq!(frame["volume"], volume, "{frame}");
+        if !pairs.is_empty() {
+            assert_eq!(frame["deepest"]["depth"], deepest, "{frame}");
+        }
+    }
+    assert!(most > 1, "one pair shows nothing");
+}
+
+#[test]
 fn threads_change_no_byte() {
     let workshop = Workshop::new();
     let report = |threads: &str| {
