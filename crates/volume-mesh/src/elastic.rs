@@ -91,14 +91,16 @@ impl ElasticBody {
         let mut residual = self.forces(&u, is_given);
         let mut direction = precondition(&residual, &inverse_blocks);
         let start = dot(&residual, &direction);
-        let mut square = start;
+        let (mut square, mut done) = (start, 0.0_f64);
 
         for step in 0..max_steps(u.len()) {
             if square <= TOLERANCE * TOLERANCE * start {
                 break;
             }
             if step % POLLED_STEPS == 0 {
-                progress.report(0.0)?;
+                // The residual falls by about the same factor per step, and rises at times.
+                done = done.max((square / start).ln() / TOLERANCE.powi(2).ln());
+                progress.report(done)?;
             }
             let along = self.forces(&direction, is_given);
             let curvature = -dot(&direction, &along);

@@ -129,7 +129,7 @@ impl VolumeMesh {
                 break;
             }
             let body = ElasticBody::new(self, &followed.positions, params.poisson_ratio);
-            let u = body.equilibrium(u, &is_given, progress)?;
+            let u = body.equilibrium(u, &is_given, progress_of_step(progress, followed.steps))?;
             followed.steps += 1;
             let share = followed.share;
             self.advance(&mut followed, &u, &is_given, &limits);
@@ -239,6 +239,12 @@ impl FollowParams {
         };
         Err(VolumeError::Parameter { name, value, range })
     }
+}
+
+/// Returns the handle of a step: half of what is left, since others may follow.
+fn progress_of_step(progress: Progress<'_>, steps_before: u32) -> Progress<'_> {
+    let left = 0.5_f64.powf(f64::from(steps_before));
+    progress.part(1.0 - left, 1.0 - 0.5 * left)
 }
 
 fn check_count(of: &'static str, expected: usize, given: &[DVec3]) -> Result<(), VolumeError> {

@@ -5,7 +5,7 @@ use mesh_io::{MeshFormat, Precision};
 use musculo_collide::{BodyChange, BodyId, Progress};
 
 use super::body_file::{BodyFile, is_rewritten};
-use super::resolve_parts::complete_parts;
+use super::resolve_parts::{complete_parts, following_steps};
 use crate::failure::Failure;
 use crate::load::LoadedScene;
 use crate::scene::BodyDescription;
@@ -123,8 +123,13 @@ pub(super) fn complete_files(
 ) -> Result<Vec<BodyFile>, Failure> {
     let mut files = Vec::new();
     let ids: Vec<BodyId> = loaded.scene.ids().collect();
+    let steps: Vec<usize> = ids.iter().map(|id| following_steps(loaded, *id, start)).collect();
+    let (all, mut done) = (steps.iter().sum(), 0);
     for numbers in loaded.description.bodies_by_file() {
         let first = numbers[0];
+        let before = done;
+        done += numbers.iter().map(|&number| steps[number]).sum::<usize>();
+        let progress = progress.part(share(before, all), share(done, all));
         let bodies: Vec<BodyId> = numbers.into_iter().map(|number| ids[number]).collect();
         let of_file = if is_part(loaded, first) {
             complete_parts(loaded, &bodies, start, progress)?
@@ -147,6 +152,11 @@ pub(super) fn complete_files(
         }
     }
     Ok(files.into_iter().map(|(_, file)| file).collect())
+}
+
+#[expect(clippy::cast_precision_loss, reason = "a share of progress needs few digits")]
+fn share(done: usize, all: usize) -> f64 {
+    done as f64 / all as f64
 }
 
 /// Returns true if a body is written as a part of a copy of its file.

@@ -45,11 +45,19 @@ pub(super) fn complete_parts(
     let ends = vertex_ends(loaded, bodies);
     let scene = &*loaded;
     let cells = |body: &BodyId| scene.volumes[body.index()].as_ref().map_or(0.0, cell_count);
+    let of_part = |body: &BodyId| following_steps(scene, *body, start);
+    let steps = progress.steps(bodies.iter().map(of_part).sum());
     let parts = parallel::map_costly_first(
         bodies,
         cells,
         || (),
-        |(), &body| MovedPart::new(scene, body, &ends, &start[body.index()], progress),
+        |(), body| {
+            // Of several parts, each counts at its end.
+            let progress = if bodies.len() == 1 { progress } else { steps.within() };
+            let part = MovedPart::new(scene, *body, &ends, &start[body.index()], progress)?;
+            steps.advance(of_part(body))?;
+            Ok(part)
+        },
     );
     let mut parts = parts.into_iter().collect::<Result<Vec<_>, Failure>>()?;
     shorten_together(loaded, &mut parts, start, progress)?;
@@ -92,6 +100,14 @@ pub(super) fn complete_parts(
         files.push(file);
     }
     Ok(files)
+}
+
+/// Returns the steps of progress that it takes to complete the file of a body: one, and one for each element that
+/// follows.
+pub(super) fn following_steps(loaded: &LoadedScene, body: BodyId, start: &[Vec<DVec3>]) -> usize {
+    let volume = loaded.volumes[body.index()].as_ref();
+    let has_moved = loaded.scene.body(body).positions() != start[body.index()];
+    1 + volume.filter(|_| has_moved).map_or(0, |volume| volume.mesh.cells().len())
 }
 
 /// Returns the number of cells of a volume mesh.

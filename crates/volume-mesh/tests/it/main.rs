@@ -2,6 +2,9 @@
 
 mod equilibrium;
 
+use std::ops::ControlFlow;
+use std::sync::Mutex;
+
 use fixtures::volume::Block;
 use volume_mesh::glam::{DMat3, DVec3};
 use volume_mesh::{
@@ -371,5 +374,30 @@ fn parameters_out_of_range_are_refused() {
     for params in poisson_ratios.iter().chain(&shares) {
         let refused = mesh.follow(rest, &boundary, &target, params, Progress::none());
         assert!(matches!(refused, Err(VolumeError::Parameter { .. })), "{params:?}");
+    }
+}
+
+#[test]
+fn progress_goes_forward_within_steps_and_from_one_to_the_next() {
+    for (mesh, rest) in blocks() {
+        let boundary = boundary(&mesh);
+        let mut target = boundary.positions(&rest);
+        // The top is pushed into the body, farther than cells let it in one step.
+        target.iter_mut().filter(|x| x.z >= SIZE.z).for_each(|x| x.z -= 0.7 * SIZE.z);
+        let fractions = Mutex::new(Vec::new());
+        let handler = |fraction: f64| {
+            fractions.lock().expect("one thread").push(fraction);
+            ControlFlow::Continue(())
+        };
+        let params = FollowParams { max_steps: 3, ..FollowParams::default() };
+        let followed = mesh.follow(&rest, &boundary, &target, &params, Progress::new(&handler));
+        assert_eq!(followed.expect("valid input").steps, 3);
+
+        let fractions = fractions.into_inner().expect("one thread");
+        assert!(fractions.is_sorted(), "{fractions:?}");
+        for [lower, upper] in [[0.0, 0.5], [0.5, 0.75], [0.75, 0.875]] {
+            let is_within = |fraction: &&f64| lower < **fraction && **fraction < upper;
+            assert!(fractions.iter().any(|fraction| is_within(&fraction)), "{fractions:?}");
+        }
     }
 }
