@@ -82,8 +82,11 @@ impl JointFaces {
         let Self { pairs, near: [near_a, near_b] } = self;
         list_near_faces(bodies, margin, traversal, pairs, progress)?;
 
+        // To sort millions of pairs takes a tenth of a second.
         let [count_a, count_b] = bodies.map(|body| body.surface().faces().len());
+        progress.report(0.0)?;
         near_a.refill(count_a, pairs.iter().map(|&[face_a, face_b]| (face_a, face_b)));
+        progress.report(0.0)?;
         near_b.refill(count_b, pairs.iter().map(|&[face_a, face_b]| (face_b, face_a)));
         Ok(())
     }
@@ -99,7 +102,9 @@ pub(crate) fn joint_contact(
     progress: Progress<'_>,
 ) -> Result<JointContact, JointContactError> {
     let body = clipper.body;
+    progress.report(0.0)?;
     let candidates = candidates(clipper, &near.near[clipper.side]);
+    progress.report(0.0)?;
     check_cell_count(body, &candidates, params)?;
 
     let mut integral = Integral::new(body, other, params, traversal, progress);
