@@ -82,8 +82,9 @@ impl JointFaces {
         let Self { pairs, near: [near_a, near_b] } = self;
         list_near_faces(bodies, margin, traversal, pairs, progress)?;
 
-        // To sort millions of pairs takes a tenth of a second.
         let [count_a, count_b] = bodies.map(|body| body.surface().faces().len());
+
+        // To sort millions of pairs takes a tenth of a second.
         progress.report(0.0)?;
         near_a.refill(count_a, pairs.iter().map(|&[face_a, face_b]| (face_a, face_b)));
         progress.report(0.0)?;

@@ -31,7 +31,7 @@ pub struct PairDetection {
     pub state: PairState,
     /// Depth that the method found, `>= 0`: that of the deepest point of either surface, faces and
     /// edges included. It differs from that of the bodies' own surfaces by no more than the
-    /// [bound](crate::PairPlan::accuracy) of the pair.
+    /// [bound](crate::PairPlan::accuracy) of the pair; by balls, by no more than the upper end of `depth`.
     pub max_depth: f64,
     /// Certified bracket on the depth of the bodies' own surfaces, up to twice as wide as the bound.
     pub depth: DepthBracket,

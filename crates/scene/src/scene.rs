@@ -29,7 +29,8 @@ impl Scene {
     /// # Errors
     ///
     /// [`SceneError::DuplicateName`], [`SceneError::EmptyName`], [`SceneError::NoFaces`],
-    /// [`SceneError::TooManyParticles`], and [`SceneError::Surface`] where the positions do not fit the surface or are not finite.
+    /// [`SceneError::TooManyParticles`], and [`SceneError::Surface`] where the positions do not fit
+    /// the surface or are not finite.
     pub fn add(
         &mut self,
         name: impl Into<String>,
