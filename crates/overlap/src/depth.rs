@@ -9,13 +9,16 @@
 //! ```
 //!
 //! with `c` the center of T. For the face `g` nearest to `c` the first bound is exact to second
-//! order in the size of T. Triangles are taken in the order of their bounds; each raises the lower
-//! bound by the distance at its center and is split in four, until the highest bound left is within
-//! the tolerance of the lower one.
+//! order in the size of T where T is over `g`. Triangles are taken in the order of their bounds; each
+//! raises the lower bound by the distance at its center and is divided, until the highest bound left
+//! is within the tolerance of the lower one. A triangle that is over `g` in part is cut at an edge of
+//! `g`: where surfaces nearly coincide, their depth is much less than a corner is beyond. Others are
+//! quartered. A face near `c` is found by descent from neighbor to neighbor, and the nearest one
+//! where it may be farther than the deepest point so far.
 //!
 //! Source: M. Tang, M. Lee and Y. J. Kim, "Interactive Hausdorff Distance Computation for General
 //! Polygonal Models", ACM Transactions on Graphics 28(3), 2009, for the branch and bound. Differs in
-//! the bound by one face's convex distance, and in the restriction to the inside.
+//! the bound by one face's convex distance, in the cuts, and in the restriction to the inside.
 
 use glam::DVec3;
 use kdop::Workspace;
@@ -24,6 +27,7 @@ use surface::closest_on_triangle;
 use surface::progress::{Interrupted, Polls, Progress};
 use surface::triangle::radius_about_center;
 
+use crate::division::{Division, joined};
 use crate::patches::{Clipper, FaceClip, FaceStretch, face_normal};
 
 /// Width and effort of a certified depth.
@@ -36,7 +40,7 @@ pub struct DepthParams {
     /// Width of the bracket that is always narrow enough, `>= 0`, in the length unit. It ends the
     /// search where surfaces coincide up to noise, whose depth is nearly 0 everywhere.
     pub tolerance: f64,
-    /// Closest points to compute at most. The bracket reached by then is returned, still certified.
+    /// Closest points and divisions of triangles at most. The bracket reached by then is returned, still certified.
     pub max_queries: u32,
 }
 
@@ -73,8 +77,9 @@ struct Piece {
     corners: [DVec3; 3],
     /// The face that holds it.
     face: u32,
-    /// The face of the other surface that gave its bound.
+    /// A face of the other surface near its center, and the distance from there.
     near: u32,
+    distance: f64,
 }
 
 /// Stands for no face.
@@ -296,7 +301,22 @@ impl<'a> Search<'a> {
     /// Adds a triangle, bounded by the best of some faces.
     fn add(&mut self, corners: [DVec3; 3], face: u32, near: &[u32]) {
         let (bound, near) = self.bound(corners, near);
-        self.pieces.add(bound, Piece { corners, face, near });
+        self.add_near(bound, Piece { corners, face, near, distance: f64::INFINITY });
+    }
+
+    /// Adds a triangle with a bound, and a face from which one near its center is found, unless that bounds it well
+    /// enough.
+    fn add_near(&mut self, mut bound: f64, mut piece: Piece) {
+        if bound > self.pieces.sufficient() {
+            let (center, radius) = radius_about_center(piece.corners);
+            let found = self.other.near_point(center, piece.near);
+            bound = bound.min(found.distance + radius + self.rounding);
+            if found.face != piece.near {
+                bound = bound.min(self.upper_by(found.face, piece.corners));
+            }
+            (piece.near, piece.distance) = (found.face, found.distance);
+        }
+        self.pieces.add(bound, piece);
     }
 
     /// Bounds the depth of a triangle by the best of some faces, or the first that is good enough.
@@ -318,29 +338,34 @@ impl<'a> Search<'a> {
         best
     }
 
-    /// Computes the distance at a triangle's center, and splits the triangle in four.
-    fn split(&mut self, bound: f64, piece: &Piece) -> Result<(), Interrupted> {
-        // The center is inside, so that its distance is attained.
-        let (center, radius) = radius_about_center(piece.corners);
-        let (near, distance) = self.query(center, piece.face, Some(piece.near))?;
-        let by_center = distance + radius + self.rounding;
+    /// Divides a triangle. The distance at its center is computed where it may be deepest.
+    fn split(&mut self, mut bound: f64, piece: &Piece) -> Result<(), Interrupted> {
+        self.count()?;
+        let mut near = piece.near;
+        if piece.distance > self.pieces.lower() {
+            // The center is inside, so that its distance is attained.
+            let (center, radius) = radius_about_center(piece.corners);
+            let (found, distance) = self.query(center, piece.face, Some(near))?;
+            bound = bound.min(distance + radius + self.rounding);
+            near = found;
+        }
 
-        // The parts are bounded by the faces nearest to both centers. They share their corners, whose
-        // distances are computed once.
-        let corners = corners_and_middles(piece.corners);
-        let by_near = corners.map(|corner| self.squared_distance_to(near, corner));
-        // Of most pieces the same face is nearest as of the piece around.
-        let by_parent = if near == piece.near {
-            by_near
-        } else {
-            corners.map(|corner| self.squared_distance_to(piece.near, corner))
-        };
-        for part in QUARTERS {
-            let by_faces = max_of(by_near, part).min(max_of(by_parent, part));
-            let by_faces = by_faces.sqrt() + self.rounding;
-            let upper = by_faces.min(by_center).min(bound);
-            let corners = part.map(|k| corners[k]);
-            self.pieces.add(upper, Piece { corners, near, ..*piece });
+        // One face bounds the whole or a part by the greatest distance of its corners, which parts share.
+        let of_corners = piece.corners.map(|corner| self.squared_distance_to(near, corner));
+        let farthest = place_of_largest(of_corners);
+        bound = bound.min(of_corners[farthest].sqrt() + self.rounding);
+        if bound <= self.pieces.sufficient() {
+            self.pieces.leave_out(bound);
+            return Ok(());
+        }
+        let division = Division::new(piece.corners, farthest, self.other.corners(near));
+        let of_added = division.added.map(|point| self.squared_distance_to(near, point));
+        let points = joined(piece.corners, division.added);
+        let squared = joined(of_corners, of_added);
+        for part in division.parts {
+            let by_face = max_of(squared, *part).sqrt() + self.rounding;
+            let corners = part.map(|place| points[place]);
+            self.add_near(by_face.min(bound), Piece { corners, near, ..*piece });
         }
         Ok(())
     }
@@ -392,12 +417,17 @@ impl<'a> Search<'a> {
         face: u32,
         hint: Option<u32>,
     ) -> Result<(u32, f64), Interrupted> {
-        self.polls.step()?;
-        self.queries += 1;
+        self.count()?;
         let found = self.other.closest_point(point, f64::INFINITY, hint, self.traversal);
         let Some(found) = found else { return Ok((0, 0.0)) };
         self.record(point, face, found.foot.point, found.distance);
         Ok((found.face, found.distance))
+    }
+
+    /// Counts a query or a division, and polls from time to time.
+    fn count(&mut self) -> Result<(), Interrupted> {
+        self.queries += 1;
+        self.polls.step()
     }
 
     /// Records the depth of a point.
@@ -409,12 +439,16 @@ impl<'a> Search<'a> {
     }
 }
 
-/// The quarters of a triangle, by their corners among its own and the middles of its edges.
-const QUARTERS: [[usize; 3]; 4] = [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]];
-
-/// Returns the corners of a triangle, then the middles of its edges.
-fn corners_and_middles([a, b, c]: [DVec3; 3]) -> [DVec3; 6] {
-    [a, b, c, 0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)]
+/// Returns the place of the largest value.
+fn place_of_largest(values: [f64; 3]) -> usize {
+    let [a, b, c] = values;
+    if a >= b && a >= c {
+        0
+    } else if b >= c {
+        1
+    } else {
+        2
+    }
 }
 
 /// Returns the largest of some values, at least 0.

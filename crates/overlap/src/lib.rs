@@ -43,6 +43,7 @@ mod coplanar;
 mod curve;
 mod cut_edges;
 mod depth;
+mod division;
 mod error;
 mod foundation;
 mod inside;

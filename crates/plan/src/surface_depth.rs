@@ -37,8 +37,8 @@ use glam::DVec3;
 use kdop::Workspace;
 use proximity::{MaximumSearch, NearVertex, PairProximity, SurfaceTree};
 use scene::DepthBracket;
+use surface::closest_on_triangle;
 use surface::triangle::{self, radius_about_center};
-use surface::{TriangleFeature, closest_on_triangle};
 
 use crate::OperationCounts;
 use crate::cut_face::CutFace;
@@ -46,10 +46,6 @@ use crate::rounding::rounding;
 
 /// Triangles that a search splits, some seconds: reached where whole surfaces are equally deep.
 const MAX_SPLITS: u32 = 4_000_000;
-
-/// Steps of a descent to a near face. Fewer bound triangles worse; more take longer where the
-/// surface is farther.
-const MAX_STEPS: u32 = 8;
 
 /// Share of the width of a bracket that the rounding of polygons may take.
 const ERROR_SHARE: f64 = 1e-3;
@@ -320,7 +316,8 @@ impl<'a> Search<'a> {
         if bound > self.pieces.sufficient() {
             let (center, radius) = radius_about_center(piece.corners);
             let known = piece.near.face;
-            piece.near = self.descend(piece.side, center, known);
+            let near = self.bodies[1 - piece.side].near_point(center, known);
+            piece.near = Near { face: near.face, distance: near.distance };
             bound = bound.min(piece.near.distance + radius + self.rounding);
             if piece.near.face != known {
                 self.measure_corners(&mut piece);
@@ -328,39 +325,6 @@ impl<'a> Search<'a> {
             }
         }
         self.pieces.add(bound, piece);
-    }
-
-    /// Finds a face near a point, from one that may be: any face bounds the distance above.
-    fn descend(&self, side: usize, point: DVec3, from: u32) -> Near {
-        let other = self.bodies[1 - side];
-        let surface = other.surface();
-        let (mut face, mut found) = (from, closest_on_triangle(point, other.corners(from)));
-        let mut squared = found.point.distance_squared(point);
-        for _ in 0..MAX_STEPS {
-            // Through the edge or the corner that holds the foot.
-            let corners = surface.faces()[face as usize];
-            let (vertex, second) = match found.feature {
-                TriangleFeature::Face => break,
-                TriangleFeature::Edge(k) => (corners[k], Some(corners[(k + 1) % 3])),
-                TriangleFeature::Corner(k) => (corners[k], None),
-            };
-            let before = face;
-            for &next in surface.vertex_faces(vertex) {
-                let is_beyond = next != before
-                    && second.is_none_or(|second| surface.faces()[next as usize].contains(&second));
-                if is_beyond {
-                    let foot = closest_on_triangle(point, other.corners(next));
-                    let next_squared = foot.point.distance_squared(point);
-                    if next_squared < squared {
-                        (face, found, squared) = (next, foot, next_squared);
-                    }
-                }
-            }
-            if face == before {
-                break;
-            }
-        }
-        Near { face, distance: squared.sqrt() }
     }
 
     /// Computes the distance of a triangle's center where it may be the deepest point, and splits

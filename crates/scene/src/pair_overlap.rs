@@ -112,7 +112,11 @@ impl PairOverlap {
         // Regions without an inside vertex are named by their deepest point.
         for (region, measures) in (0..).zip(&overlap.measures.regions) {
             if measures.inside_vertices == [0, 0] {
-                let depths = detector.depths_in_region(region, outward, &params, progress)?;
+                let depths = if overlap.measures.regions.len() == 1 {
+                    [overlap.depth_of_a_in_b, overlap.depth_of_b_in_a]
+                } else {
+                    detector.depths_in_region(region, outward, &params, progress)?
+                };
                 overlap.edge_overlaps.extend(EdgeOverlap::new(region, pair, bodies, depths));
             }
         }
@@ -148,7 +152,7 @@ fn depth_params(bodies: [&SurfaceTree; 2], tolerance: Option<f64>) -> DepthParam
     /// Width of a bracket that is narrow enough, relative to the smaller body's size: some
     /// micrometers for a muscle. Smaller takes long where surfaces coincide up to noise.
     const FLOOR: f64 = 1e-5;
-    /// Closest points per depth, some seconds: reached where whole surfaces are equally deep.
+    /// Closest points and divisions per depth, some seconds: reached where large surfaces are equally deep.
     const MAX_QUERIES: u32 = 2_000_000;
 
     let [size_a, size_b] = bodies.map(size);

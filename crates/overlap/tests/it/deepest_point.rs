@@ -1,7 +1,7 @@
 //! The point of a depth is on the surface, also where no depth was to be computed.
 
 use fixtures::Mesh;
-use fixtures::shapes::{cube, icosphere};
+use fixtures::shapes::{cube, icosphere, octasphere};
 use glam::DVec3;
 use overlap::{Depth, DepthParams, OverlapDetector};
 use proximity::SurfaceTree;
@@ -71,5 +71,43 @@ fn a_depth_is_narrow_where_the_search_has_come_to_its_end() {
         let wide = depth(max_queries);
         assert!(!wide.is_narrow && wide.upper - wide.lower > 1e-6, "{wide:?}");
         assert!(wide.lower <= exact.upper && exact.lower <= wide.upper, "{wide:?}, {exact:?}");
+    }
+}
+
+/// Bodies that are one shape in two divisions are equally deep nearly everywhere, and much less than their faces
+/// are long.
+#[test]
+fn two_divisions_of_a_ball_take_few_queries() {
+    let [a, b] = [icosphere(1.0, 4), octasphere(1.0, 5).rotated(DVec3::new(1.0, 2.0, 3.0), 0.4)]
+        .map(|ball| {
+            let ball = ball.translated(DVec3::new(3.0, -2.0, 5.0));
+            SurfaceTree::new(ball.surface(), ball.positions).expect("planted bodies are finite")
+        });
+    let mut detector = OverlapDetector::default();
+    let overlap = detector.measure(&a, &b);
+    assert!(overlap.total.inside_vertices[0] < a.surface().vertex_count());
+    let params = DepthParams { relative_tolerance: 0.1, tolerance: 0.0, max_queries: 100_000 };
+    for (side, found) in detector.depths([&a, &b], &params).into_iter().enumerate() {
+        let found = found.expect("they overlap");
+        assert!(found.is_narrow && found.upper < 0.01, "{side} {found:?}");
+
+        // No point of a face that is inside is deeper.
+        let (body, other) = if side == 0 { (&a, &b) } else { (&b, &a) };
+        let mut workspace = Default::default();
+        let mut deepest: f64 = 0.0;
+        for face in 0..body.surface().faces().len() {
+            let corners = body.corners(u32::try_from(face).expect("few faces"));
+            for [u, v] in
+                [[0.0, 0.0], [0.2, 0.2], [0.6, 0.2], [0.2, 0.6], [0.4, 0.4], [1.0 / 3.0; 2]]
+            {
+                let point =
+                    corners[0] + u * (corners[1] - corners[0]) + v * (corners[2] - corners[0]);
+                if other.contains(point, &mut workspace) {
+                    let near = other.closest_point(point, f64::INFINITY, None, &mut workspace);
+                    deepest = deepest.max(near.expect("a surface").distance);
+                }
+            }
+        }
+        assert!(deepest <= found.upper && deepest > 0.8 * found.lower, "{deepest}: {found:?}");
     }
 }

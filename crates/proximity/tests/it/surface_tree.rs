@@ -39,6 +39,28 @@ fn hints_never_change_the_closest_point() {
 }
 
 #[test]
+fn a_near_point_is_of_the_surface_and_mostly_the_closest_one() {
+    let ball = shapes::icosphere(1.0, 3);
+    let tree = SurfaceTree::new(ball.surface(), ball.positions.clone()).expect("finite");
+    let workspace = &mut Workspace::default();
+    let mut closest = 0;
+    for (number, corner) in ball.positions.iter().enumerate() {
+        // From a face beside it, and from any.
+        let point = 0.99 * *corner + 0.03 * corner.any_orthogonal_vector();
+        let beside = ball.surface().vertex_faces(u32::try_from(number).expect("few vertices"))[0];
+        for from in [beside, 700] {
+            let near = tree.near_point(point, from);
+            assert_eq!(near, tree.closest_on_face(point, near.face));
+            assert!(near.distance <= tree.closest_on_face(point, from).distance);
+            let found = tree.closest_point(point, f64::INFINITY, None, workspace).expect("a face");
+            assert!(near.distance >= found.distance, "{near:?} {found:?}");
+            closest += usize::from(from == beside && near.distance <= found.distance);
+        }
+    }
+    assert!(closest > ball.positions.len() * 9 / 10, "{closest}");
+}
+
+#[test]
 fn a_plate_pressed_through_itself_crosses_itself() {
     let plate = shapes::plate(DVec3::new(8.0, 8.0, 1.0), [8, 8]);
     let mut tree = SurfaceTree::new(plate.surface(), plate.positions.clone()).expect("finite");
