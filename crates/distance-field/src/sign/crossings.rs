@@ -32,8 +32,9 @@ pub(super) fn cross(
 ) {
     let [nx, ny, nz] = grid.dims();
     let Aabb { min, max } = Aabb::of_points(triangle.map(|p| grid.to_spacings(p)));
-    // Rounding of the units may not lose a row that only touches the box.
-    let slack = f64::EPSILON * 4.0 * (min.abs().max(max.abs()).max_element() + 1.0);
+    // Rounding, of the units and of the positions of rows, may not lose a row that only touches the box.
+    let largest = min.abs().max(max.abs()) + (grid.origin() / grid.spacing()).abs();
+    let slack = f64::EPSILON * 4.0 * (largest.max_element() + 1.0);
     let before = Aabb::of_points(triangle).min.x - grid.spacing();
 
     for k in nodes_within(min.z - slack, max.z + slack, nz) {

@@ -161,21 +161,26 @@ struct HalfSpace {
 }
 
 impl HalfSpace {
-    /// Returns the half-space through `at`, moved out by half of the normal's extent.
-    fn new(normal: DVec3, at: DVec3, extent: fn(DVec3) -> f64) -> Self {
-        Self { normal, offset: 0.5 * extent(normal.abs()) - normal.dot(at) }
+    /// Returns the half-space through `at`, moved out by half of the normal's extent, and by the rounding of
+    /// coordinates up to `largest`: a face in the middle between two voxels may not fall between both.
+    fn new(normal: DVec3, at: DVec3, extent: fn(DVec3) -> f64, largest: f64) -> Self {
+        let rounding = 8.0 * f64::EPSILON * largest * normal.abs().element_sum();
+        Self { normal, offset: 0.5 * extent(normal.abs()) - normal.dot(at) + rounding }
     }
 }
 
 /// Returns the half-spaces that the center of a voxel of a face must be in.
 fn half_spaces(corners: [DVec3; 3], normal: DVec3, extent: fn(DVec3) -> f64) -> Vec<HalfSpace> {
     let [a, b, c] = corners;
-    let mut sides = vec![HalfSpace::new(normal, a, extent), HalfSpace::new(-normal, a, extent)];
+    let Aabb { min, max } = Aabb::of_points(corners).inflate(1.0);
+    let largest = min.abs().max(max.abs()).max_element();
+    let half_space = |normal, at| HalfSpace::new(normal, at, extent, largest);
+    let mut sides = vec![half_space(normal, a), half_space(-normal, a)];
     for (from, to) in [(a, b), (b, c), (c, a)] {
         for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
             // In projection along the axis: at right angles to the edge, into the face.
             let facing = if normal.dot(axis) < 0.0 { -axis } else { axis };
-            sides.push(HalfSpace::new(facing.cross(to - from), from, extent));
+            sides.push(half_space(facing.cross(to - from), from));
         }
     }
     sides

@@ -149,6 +149,43 @@ fn boxes_on_the_nodes_of_their_grid() {
     }
 }
 
+/// Far from the origin, positions of nodes are rounded by more than vertices are off the rows.
+#[test]
+fn boxes_on_the_nodes_of_a_grid_far_from_the_origin() {
+    let separating = Voxelization::SixSeparating;
+    let methods = [
+        FieldMethod::EXACT_BAND,
+        FieldMethod::Voxel { voxelization: separating },
+        FieldMethod::Voxel { voxelization: Voxelization::Conservative },
+    ];
+    for (edge, shift) in [(0.7, 312.3), (0.3, -187.7), (0.1, 85.1), (1.1, 1024.6), (0.0007, 0.3123)]
+    {
+        for layers in 4..8_u32 {
+            let size = edge * DVec3::new(12.0, 10.0, f64::from(layers));
+            let plate = shapes::plate(size, [12, 10]).translated(DVec3::splat(shift));
+            let (lower, upper) = (shift - 0.5 * size, shift + 0.5 * size);
+            for (method, padding) in methods
+                .into_iter()
+                .flat_map(|method| [2.0, 2.5, 10.0].map(|padding| (method, padding)))
+            {
+                let padding = padding * edge;
+                let params = FieldParams { method, padding, samples: 0, ..FieldParams::new(edge) };
+                let field = build(&plate, &params).unwrap();
+                let grid = *field.grid();
+                for node in nodes(grid.dims()) {
+                    // Voxels of the surface are within half a spacing, at 0.
+                    let x = grid.position(node);
+                    let depth = (x - lower).min(upper - x).min_element();
+                    if depth.abs() > 0.75 * edge {
+                        let value = field.node(node);
+                        assert!(value * depth < 0.0, "{params:?}: {value} at a depth of {depth}");
+                    }
+                }
+            }
+        }
+    }
+}
+
 /// Nodes on the straight lines from the corners of a hole to its middle, and in the middle.
 #[test]
 fn nodes_between_the_border_and_the_middle_of_a_hole() {
