@@ -31,6 +31,8 @@ pub(crate) struct Sums {
     /// Area vector of A inside B.
     pub(crate) normal: DVec3,
     pub(crate) volume: f64,
+    /// Bound on the rounding of the volume.
+    pub(crate) rounding: f64,
     /// First moment of the volume about the region's origin.
     pub(crate) moment: DVec3,
     /// Length of the curve.
@@ -197,6 +199,7 @@ fn subtract_coplanar(parts: Parts<'_>, out: &mut [Sums]) {
         }
         if pair.same_normal { sums.flush += area } else { sums.touching += area }
     }
+    out.iter_mut().for_each(Sums::drop_rounded_areas);
 }
 
 /// Regions by the faces that hold pieces of them, for a few faces at most.
@@ -244,6 +247,8 @@ struct WholeFaces {
     doubled_area: f64,
     doubled_normal: DVec3,
     sixfold_volume: f64,
+    /// Bound on its rounding.
+    rounding: f64,
     /// First moment of the volume, 24 times.
     moment: DVec3,
 }
@@ -261,6 +266,8 @@ impl WholeFaces {
             sums.doubled_area += winding * normal.length();
             sums.doubled_normal += winding * normal;
             sums.sixfold_volume += volume;
+            let edges_squared = u.length_squared() + v.length_squared();
+            sums.rounding += 4.0 * f64::EPSILON * edges_squared * p.abs().element_sum();
             sums.moment += volume * (3.0 * p + u + v);
         }
         sums
@@ -286,6 +293,7 @@ impl Sums {
 
         self.areas[plane.side] += w;
         self.volume += height * w / 3.0;
+        self.rounding += piece_rounding([from, to, plane.origin], [p, q]);
         self.moment += height / 4.0 * (w / 3.0 * (p + q) + w * plane.origin);
         if plane.side == 0 {
             self.normal += w * plane.normal;
@@ -296,6 +304,7 @@ impl Sums {
     fn add_faces(&mut self, side: usize, faces: &WholeFaces) {
         self.areas[side] += faces.doubled_area / 2.0;
         self.volume += faces.sixfold_volume / 6.0;
+        self.rounding += faces.rounding / 6.0;
         self.moment += faces.moment / 24.0;
         if side == 0 {
             self.normal += faces.doubled_normal / 2.0;
@@ -313,6 +322,7 @@ impl Sums {
             areas: [self.areas[0] + other.areas[0], self.areas[1] + other.areas[1]],
             normal: self.normal + other.normal,
             volume: self.volume + other.volume,
+            rounding: self.rounding + other.rounding,
             moment: self.moment + other.moment,
             length: self.length + other.length,
             loops: self.loops + other.loops,
@@ -328,12 +338,21 @@ impl Sums {
 
     /// Takes the curve out of a region that is a touch: the move makes one of it, of no volume.
     pub(crate) fn drop_curve_of_touch(&mut self) {
-        /// Volume that rounding may leave, relative to the cube of the region's size.
-        const ROUNDING: f64 = 1e-13;
-
-        let size = (self.upper - self.lower).max_element();
-        if self.has_ties && self.volume.abs() <= ROUNDING * size.powi(3) {
+        if self.has_ties && self.volume.abs() <= self.rounding {
             (self.length, self.loops, self.arcs) = (0.0, 0, 0);
+            self.volume = 0.0;
+        }
+    }
+
+    /// Takes out areas that are only what coinciding areas leave by rounding.
+    fn drop_rounded_areas(&mut self) {
+        /// Rounding of a sum of areas, relative.
+        const ROUNDING: f64 = 1e-12;
+
+        for area in &mut self.areas {
+            if area.abs() <= ROUNDING * (self.touching + self.flush) {
+                *area = 0.0;
+            }
         }
     }
 
@@ -347,4 +366,12 @@ impl Sums {
         let Self { areas, volume, length, touching, flush, .. } = *self;
         [areas[0], areas[1], volume, length, touching, flush].iter().all(|x| *x == 0.0)
     }
+}
+
+/// Bounds the rounding of a piece's share of a volume, by its ends and the origin of its plane in the region, and the
+/// ends in the plane: each coordinate is rounded several times.
+fn piece_rounding(points: [DVec3; 3], [p, q]: [DVec3; 2]) -> f64 {
+    let [a, b, c] = points.map(DVec3::length_squared);
+    let around = p.abs().element_sum() + q.abs().element_sum();
+    4.0 * f64::EPSILON * a.max(b).max(c) * around
 }

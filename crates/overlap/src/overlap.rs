@@ -76,6 +76,8 @@ pub struct OverlapDetector {
     joint_faces: JointFaces,
     sums: Vec<Sums>,
     located: Vec<Located>,
+    /// Bound on the rounding of the whole volume.
+    volume_rounding: f64,
     /// One per region: the region that it belongs to, another one for a cavity.
     owners: Vec<usize>,
     cavities: Cavities,
@@ -161,7 +163,9 @@ impl OverlapDetector {
             }
         }
         for (side, body) in bodies.into_iter().enumerate() {
-            if self.has_doubled_part(side, body) {
+            let meets =
+                !self.curve.stretches.is_empty() || !self.inside[1 - side].vertices.is_empty();
+            if (body.is_inside_out() && meets) || self.has_doubled_part(side, body) {
                 self.inside[1 - side].note_covered_place();
             }
         }
@@ -320,6 +324,13 @@ impl OverlapDetector {
         clipper.patches()
     }
 
+    /// Returns a bound on the rounding of the whole volume, for the bodies measured last: bodies with a volume
+    /// beyond it share more than a touch.
+    #[must_use]
+    pub const fn volume_rounding(&self) -> f64 {
+        self.volume_rounding
+    }
+
     /// Returns the curve in which the surfaces cross, for the bodies measured last: arcs first, then
     /// loops.
     #[must_use]
@@ -374,6 +385,7 @@ impl OverlapDetector {
         self.number_reported();
 
         out.total = total.measures(has_inside);
+        self.volume_rounding = total.sums.rounding;
         out.regions.clear();
         for region in &self.located {
             out.regions.push(region.measures(has_inside));

@@ -5,7 +5,7 @@ use proximity::{PairProximity, PairSide, Region, SurfaceTree, regions};
 use surface::Aabb;
 use surface::progress::Progress;
 
-use crate::coincidence::{Coincidence, shares_volume};
+use crate::coincidence::Coincidence;
 use crate::pair_overlap::{DepthRequest, PairOverlap};
 use crate::{BodyId, CheckParams, PairId, PairReport, Scene, SceneError};
 
@@ -76,7 +76,8 @@ impl Scene {
             let mut measures = Overlap::default();
             let meeting = found.meeting_faces();
             detector.measure_candidates(outward, meeting, &mut measures, progress)?;
-            report.overlaps |= shares_volume(&measures, bodies);
+            let volume = measures.total.volume;
+            report.overlaps |= volume.is_some_and(|volume| volume > detector.volume_rounding());
             report.coincidence = report.coincidence.or(Coincidence::of_overlap(&measures, bodies));
             if params.measures && !measures.regions.is_empty() {
                 // Surfaces that only touch have no depth but rounding.

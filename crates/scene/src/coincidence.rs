@@ -54,18 +54,6 @@ impl Coincidence {
     }
 }
 
-/// Returns true if the volume that two bodies share is more than rounding.
-///
-/// Bodies that touch share a volume of 0, whose terms are of the size of the smaller body.
-pub(crate) fn shares_volume(overlap: &Overlap, bodies: [&SurfaceTree; 2]) -> bool {
-    /// Rounding of a volume, relative to the cube of the size.
-    const ROUNDING: f64 = 1e-12;
-
-    let [size_a, size_b] = bodies.map(size);
-    let rounding = ROUNDING * size_a.min(size_b).powi(3);
-    overlap.total.volume.is_some_and(|volume| volume > rounding)
-}
-
 /// Computes the diagonal of a body's box.
 pub(crate) fn size(body: &SurfaceTree) -> f64 {
     bounds(body).diagonal()

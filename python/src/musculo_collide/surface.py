@@ -86,7 +86,7 @@ class Surface:
         """Bracket the greatest depth of this surface in the other body, and of the other in this one.
 
         Brackets are no wider than ``width``, or 1 % unless given. ``None`` where nothing of a surface is
-        inside, or where the other has no inside.
+        inside, or where the other has no inside, covers a place twice or is inside out.
         """
         native = _checks.instance(other, Surface, "the other surface")._native
         found = self._native.depths(native, _checks.optional_number(width, "width"))

@@ -49,6 +49,27 @@ fn a_body_inside_out_changes_the_sign_alone() {
     }
 }
 
+/// Bars that cross with no vertex in each other.
+#[test]
+fn a_bar_inside_out_is_named_where_no_vertex_shows_it() {
+    let long = cube(1.0).scaled(DVec3::new(10.0, 2.0, 2.0));
+    let across = cube(1.0).scaled(DVec3::new(1.0, 10.0, 1.0));
+    for flipped in [[false, false], [true, false], [false, true], [true, true]] {
+        let mut bodies = [&long, &across].map(Clone::clone);
+        for (body, is_flipped) in bodies.iter_mut().zip(flipped) {
+            if is_flipped {
+                *body = body.clone().flipped();
+            }
+        }
+        let [a, b] = &bodies;
+        let found = measure(a, b);
+        assert_eq!(found.total.inside_vertices, [0; 2], "{flipped:?}");
+        assert_eq!(found.covers_twice, flipped);
+        let apart = measure(a, &b.clone().translated(20.0 * DVec3::X));
+        assert_eq!(apart.covers_twice, [false; 2], "{flipped:?}: nothing is shared");
+    }
+}
+
 /// The volume shared with a body of two parts is the sum of the volumes shared with each.
 #[test]
 fn parts_that_cross_are_summed_up() {

@@ -237,6 +237,50 @@ fn bodies_that_touch_share_an_area_and_no_volume() {
     assert!((total.touching_area - 50.0).abs() < 1e-9, "{total:?}");
 }
 
+/// Returns a pyramid over a warped square of an edge, which is divided along the diagonal of its raised corners or
+/// along the other one.
+fn pyramid_over_warped_square(edge: f64, warp: f64, apex: f64, is_ridge: bool) -> Mesh {
+    let corner = |x: f64, y: f64, z: f64| DVec3::new(300.0 + x, 200.0 + y, z);
+    let square = [(0.0, 0.0, 0.0), (edge, 0.0, warp), (edge, edge, 0.0), (0.0, edge, warp)];
+    let mut positions: Vec<DVec3> = square.map(|(x, y, z)| corner(x, y, z)).to_vec();
+    positions.push(corner(0.5 * edge, 0.5 * edge, apex));
+    let base = if is_ridge { [[0, 1, 3], [1, 2, 3]] } else { [[0, 1, 2], [0, 2, 3]] };
+    let sides = [[1, 0, 4], [2, 1, 4], [3, 2, 4], [0, 3, 4]];
+    let mut faces: Vec<[u32; 3]> = base.into_iter().chain(sides).collect();
+    if apex > 0.0 {
+        faces.iter_mut().for_each(|face| face.swap(1, 2));
+    }
+    Mesh { positions, faces }
+}
+
+/// Of bodies that are much larger, no faces cross and no vertex is inside.
+#[test]
+fn what_common_corners_leave_between_two_diagonals_is_an_overlap() {
+    for warp in [0.05, 0.005, 5e-5] {
+        let below = pyramid_over_warped_square(0.2, warp, -500.0, true);
+        let above = pyramid_over_warped_square(0.2, warp, 500.0, false);
+        let found = report(&below, &above);
+        let exact = 0.2 * 0.2 * 2.0 * warp / 6.0;
+        assert!(
+            found.overlaps && (volume(&found) - exact).abs() < 1e-6 * exact,
+            "{warp}: {found:?}"
+        );
+
+        // Divided alike they touch, and in the other order they are apart between the corners.
+        for [is_ridge, is_ridge_above] in [[true; 2], [false; 2], [false, true]] {
+            let below = pyramid_over_warped_square(0.2, warp, -500.0, is_ridge);
+            let above = pyramid_over_warped_square(0.2, warp, 500.0, is_ridge_above);
+            let found = report(&below, &above);
+            assert!(!found.overlaps, "{warp}: {found:?}");
+            if let Some(overlap) = found.overlap {
+                let total = overlap.measures.total;
+                let of = [total.volume, total.area_of_a_inside_b, total.area_of_b_inside_a];
+                assert!(of.into_iter().flatten().all(|measure| measure >= 0.0), "{total:?}");
+            }
+        }
+    }
+}
+
 #[test]
 fn edges_alone_have_a_depth_and_a_contact() {
     let height = 0.25;
