@@ -4,6 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DVec3;
+use kdop::Workspace;
 use proximity::PairProximity;
 use scene::{Body, BodyId, PairId, PairReport, Scene, SceneError, VertexReport};
 use surface::progress::Progress;
@@ -78,29 +79,32 @@ impl NearPair {
         as_f64(near + self.report.crossing_faces.len())
     }
 
-    /// Counts the faces of both bodies whose corners are all within a distance of faces of the other one
-    /// with opposite normals: none where the pair crosses.
+    /// Counts the faces of both bodies with all corners within a distance of the other one, which lie on its faces:
+    /// none where the pair crosses.
     pub(crate) fn count_touching_faces(&self, scene: &Scene, distance: f64) -> usize {
         if self.report.overlaps {
             return 0;
         }
-        let mut count = 0;
-        for (body, report) in self.sides() {
+        let (mut count, mut workspace) = (0, Workspace::default());
+        let pair = self.report.pair;
+        for ((id, report), other) in self.sides().into_iter().zip([pair.b, pair.a]) {
+            let (body, other) = (scene.body(id), scene.body(other));
             let near = report.near.iter().filter(|near| near.gap <= distance);
             let normals: BTreeMap<u32, DVec3> =
                 near.map(|near| (near.vertex, near.normal)).collect();
 
-            let (body, surface) = (scene.body(body), scene.body(body).surface());
+            // Each face with its least corner.
             for &vertex in normals.keys() {
-                // Each face with its least corner.
-                for &face in surface.vertex_faces(vertex) {
-                    let corners = surface.faces()[face as usize];
-                    let normal = outer_normal(body, face);
-                    let is_opposite = |corner: u32| {
-                        normals.get(&corner).is_some_and(|other| other.dot(normal) < 0.0)
-                    };
-                    let is_first = corners.iter().all(|corner| vertex <= *corner);
-                    count += usize::from(is_first && corners.into_iter().all(is_opposite));
+                for &face in body.surface().vertex_faces(vertex) {
+                    let [a, b, c] = body.surface().faces()[face as usize];
+                    let [p, q, r] = [a, b, c].map(|corner| normals.get(&corner).copied());
+                    let (Some(p), Some(q), Some(r)) = (p, q, r) else { continue };
+                    if vertex == a.min(b).min(c)
+                        && (is_against([p, q, r], outer_normal(body, face))
+                            || lies_on(body, face, other, distance, &mut workspace))
+                    {
+                        count += 1;
+                    }
                 }
             }
         }
@@ -112,6 +116,20 @@ impl NearPair {
         let PairReport { pair, a_against_b, b_against_a, .. } = &self.report;
         [(pair.a, a_against_b), (pair.b, b_against_a)]
     }
+}
+
+/// Returns true if a normal is against all others, those of a surface at the corners of its face.
+fn is_against(others: [DVec3; 3], normal: DVec3) -> bool {
+    others.iter().all(|other| other.dot(normal) < 0.0)
+}
+
+/// Returns true if the middle of a face is on a face of another body that looks the other way: at edges, normals at
+/// its corners may be of others.
+fn lies_on(body: &Body, face: u32, other: &Body, distance: f64, workspace: &mut Workspace) -> bool {
+    let (middle, _) = triangle::radius_about_center(body.corners(face));
+    let found = fitted_tree(other).closest_point(middle, distance, None, workspace);
+    let normal = outer_normal(body, face);
+    found.is_some_and(|found| outer_normal(other, found.face).dot(normal) < 0.0)
 }
 
 /// Computes the outer normal of a face, twice as long as its area.

@@ -129,6 +129,52 @@ fn bodies_cut_out_of_one_image_are_brought_to_the_gap() {
     }
 }
 
+/// Two halves of a plate along a zigzag, with all vertices there on its ridges: a suture of a skull.
+fn suture(teeth: u32, height: f64) -> [Mesh; 2] {
+    let mut line = Vec::new();
+    for number in 0..=2 * teeth {
+        let side = if number % 2 == 0 { -1.0 } else { 1.0 };
+        line.push([side * height, 4.0 * f64::from(number)]);
+    }
+    [-20.0, 20.0].map(|end: f64| {
+        // Upper and lower corners of the line, then of the straight end.
+        let mut positions = Vec::new();
+        for x_of in [|x: f64, _| x, |_, end: f64| end] {
+            for &[x, y] in &line {
+                for z in [0.0, 5.0] {
+                    positions.push(DVec3::new(x_of(x, end), y, z));
+                }
+            }
+        }
+        let behind = 2 * u32::try_from(line.len()).expect("few points");
+        let mut faces = Vec::new();
+        let mut add = |[a, b, c, d]: [u32; 4]| faces.extend([[a, b, c], [a, c, d]]);
+        for low in (0..behind - 2).step_by(2) {
+            add([low, low + 2, low + 3, low + 1]);
+            add([low + 1, low + 3, low + 3 + behind, low + 1 + behind]);
+            add([low + behind, low + 2 + behind, low + 2, low]);
+            add([low + 1 + behind, low + 3 + behind, low + 2 + behind, low + behind]);
+        }
+        add([0, 1, 1 + behind, behind]);
+        add([behind - 2, 2 * behind - 2, 2 * behind - 1, behind - 1]);
+        let half = Mesh { positions, faces };
+        if end < 0.0 { half } else { half.flipped() }
+    })
+}
+
+/// At a ridge, the nearest face of a vertex may be the other one of two.
+#[test]
+fn halves_that_share_a_zigzag_are_brought_to_the_gap() {
+    for height in [0.5, 2.0, 4.0] {
+        let [bone, muscle] = suture(4, height);
+        assert!(bone.volume() > 3000.0 && muscle.volume() > 3000.0, "{height}");
+        let (mut scene, ids) = bone_below(bone, muscle);
+        let resolution = resolve(&mut scene, Conditions::default());
+        assert_eq!(resolution.rounds[0].touching_faces, 2 * 2 * 8, "{height}");
+        assert_gap(&scene, &resolution, ids);
+    }
+}
+
 #[test]
 fn every_pair_of_a_thigh_keeps_the_gap_by_all_faces() {
     let mut scene = planted();
