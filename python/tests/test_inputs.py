@@ -91,7 +91,7 @@ BAD_CALLS = {
             "max_volume_change": ("1", None, NAN, 0),
             "max_strain": ("1", None, NAN, 0),
             "max_displacement": ("1", None, NAN, 0),
-            "stiffnesses": ([1], {5: 1.0}, {"b": "2"}, {"b": 0.0}, {"b": -1.0}, {"b": NAN}, {"heart": 1.0}),
+            "stiffnesses": ([1], {5: 1.0}, {"b": "2"}, {"b": 0.0}, {"b": -1.0}, {"b": NAN}, {"b": 1e140}, {"heart": 1.0}),
             "fixed": ([1], {5: [0]}, {"b": "all"}, {"b": None}),
             "uncross": (5, [5], "b", "heart", ["heart"]),
             "ties": ([1], {("a",): 1.0}, {("a", "b"): "1"}, {("a", 5): 1.0}),

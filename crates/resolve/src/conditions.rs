@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 
 use glam::DVec3;
 use kdop::Workspace;
-use response::{ParameterError, positive};
+use response::ParameterError;
 use scene::{BodyId, PairId, Scene, SceneError};
 use surface::progress::Progress;
 use surface::triangle;
@@ -60,8 +60,10 @@ impl Conditions {
         tissues: &mut [Tissue],
     ) -> Result<(), ResolveError> {
         for BodyStiffness { body, factor } in &self.stiffnesses {
-            scene.get(*body)?;
-            positive("stiffness", *factor)?;
+            let name = scene.get(*body)?.name();
+            if !BodyStiffness::FACTORS.contains(factor) {
+                return Err(ResolveError::Stiffness { name: name.to_owned(), factor: *factor });
+            }
             tissues[body.index()].stiffness = *factor;
         }
         Ok(())

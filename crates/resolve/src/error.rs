@@ -6,6 +6,8 @@ use scene::SceneError;
 use surface::SurfaceError;
 use surface::progress::Interrupted;
 
+use crate::BodyStiffness;
+
 /// Failure of overlap removal.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -28,6 +30,18 @@ pub enum ResolveError {
         vertex: u32,
         /// The number of vertices of the body.
         count: usize,
+    },
+    /// A stiffness outside its [range](BodyStiffness::FACTORS).
+    #[error(
+        "the stiffness of '{name}' is {factor:?}, but must be from {:e} to {:e}",
+        BodyStiffness::FACTORS.start(),
+        BodyStiffness::FACTORS.end()
+    )]
+    Stiffness {
+        /// Name of the body.
+        name: String,
+        /// The factor as given.
+        factor: f64,
     },
     /// A tie reaches no vertex.
     #[error("'{a}' is not tied to '{b}': no vertex is within {distance} of the other surface")]

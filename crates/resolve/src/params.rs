@@ -1,5 +1,7 @@
 //! Parameters of overlap removal.
 
+use std::ops::RangeInclusive;
+
 use response::{ParameterError, not_negative, positive};
 use scene::BodyId;
 use surface::MAX_COORDINATE;
@@ -100,8 +102,14 @@ pub struct CellCorners {
 pub struct BodyStiffness {
     /// The body.
     pub body: BodyId,
-    /// Factor on its elastic energy and on its mass, `> 0`; 1 without a record.
+    /// Factor on its elastic energy and on its mass, within [`Self::FACTORS`]; 1 without a record.
     pub factor: f64,
+}
+
+impl BodyStiffness {
+    /// Range of factors. Of two bodies at its ends the softer one takes all of an overlap but
+    /// 1e-18 of it, which is less than rounding; far beyond, products of factors would overflow.
+    pub const FACTORS: RangeInclusive<f64> = 1e-9..=1e9;
 }
 
 /// Attachment of two bodies: parts of their surfaces that face each other within a distance at the start

@@ -204,7 +204,7 @@ class Scene(_native.Scene):
         Vertices of ``fixed`` (numbers by body) stay where they are. Bodies of ``ties`` (a distance by
         pair) are attached: parts of their surfaces within the distance of each other keep their place,
         and their pair needs no gap. Bodies share an overlap in inverse proportion to their
-        ``stiffnesses``, 1 for those not named. Parts of the bodies of ``uncross`` are taken out of each
+        ``stiffnesses``, from 1e-9 to 1e9, 1 for those not named. Parts of the bodies of ``uncross`` are taken out of each
         other. What :meth:`ignore` names is not pushed apart.
 
         Pushes fade over the length ``smoothing`` along a surface. A state that changes the volume of a

@@ -42,7 +42,7 @@ Examples:
   musculo-collide resolve femur.ply vastus.ply --fixed femur --out apart
   musculo-collide resolve scene.toml --gap 0.05 --out apart --json gap.json
 
-In the scene file, a body with stiffness = 2 yields half as much as others, and one with uncross = true has its own parts taken out of each other;
+In the scene file, a body with stiffness = 2 yields half as much as others (from 1e-9 to 1e9), and one with uncross = true has its own parts taken out of each other;
 [[tie]] attaches two bodies where they are near each other, and needs no gap there;
 [[fixed]] keeps vertices where they are:
   [[tie]]

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
+use musculo_collide::BodyStiffness;
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -86,9 +87,11 @@ impl SceneDescription {
 
         for stiffness in self.bodies.iter().filter_map(|body| body.stiffness.as_ref()) {
             let value = *stiffness.get_ref();
-            if !(value.is_finite() && value > 0.0) {
+            let range = BodyStiffness::FACTORS;
+            if !range.contains(&value) {
+                let (min, max) = (range.start(), range.end());
                 let problem =
-                    format!("stiffness is {value}, but must be finite and greater than 0");
+                    format!("stiffness is {value:?}, but must be from {min:e} to {max:e}");
                 return Err(at_line(text, stiffness, "body", problem));
             }
         }

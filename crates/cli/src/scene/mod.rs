@@ -13,7 +13,7 @@
 //! parts = ["Part1"]       # of a model of FEBio, Abaqus or Gmsh, those that are this body; default: its only one
 //! kind = "rigid"          # or "open" (a sheet), or "deformable", the default unless it is rigid in its file
 //! follows = "femur_r"     # name in the motion; default: the body's name
-//! stiffness = 2.0         # for `resolve`: yields half as much as others; default: 1
+//! stiffness = 2.0         # for `resolve`: yields half as much as others, from 1e-9 to 1e9; default: 1
 //! uncross = true          # for `resolve`: parts that cross each other come apart; default: false
 //!
 //! [[ignore]]              # pair that overlaps on purpose

@@ -3,7 +3,9 @@
 
 use fixtures::shapes;
 use glam::DVec3;
-use resolve::{ResolveError, ResolveParams, WrittenPrecision};
+use resolve::{
+    BodyStiffness, Conditions, Resolution, ResolveError, ResolveParams, Resolver, WrittenPrecision,
+};
 use scene::{BodyKind, Scene};
 use surface::SimplexSurface;
 use surface::progress::Progress;
@@ -17,6 +19,13 @@ fn two_balls(at: DVec3) -> Scene {
     let muscle = ball.clone().rotated(DVec3::Z, 0.1).translated(at + DVec3::X * 18.6);
     let bone = ball.translated(at);
     scene_of([("bone", BodyKind::Rigid, bone), ("muscle", BodyKind::Deformable, muscle)])
+}
+
+/// Builds two muscles 1.4 deep in each other.
+fn two_soft_balls() -> Scene {
+    let ball = shapes::icosphere(10.0, 2);
+    let muscle = ball.clone().rotated(DVec3::Z, 0.1).translated(DVec3::X * 18.6);
+    scene_of([("other", BodyKind::Deformable, ball), ("muscle", BodyKind::Deformable, muscle)])
 }
 
 #[test]
@@ -45,6 +54,42 @@ fn a_smoothing_length_below_rounding_is_refused() {
         let resolution = resolve::resolve(&mut two_balls(DVec3::ZERO), &params, Progress::none());
         let Err(ResolveError::Parameter(error)) = resolution else { panic!("{resolution:?}") };
         assert_eq!((error.name, error.value), ("smoothing", smoothing));
+    }
+}
+
+/// Resolves two balls of which the muscle has a stiffness.
+fn resolved_with_stiffness(factor: f64) -> Result<Resolution, ResolveError> {
+    let mut scene = two_soft_balls();
+    let body = scene.find("muscle").expect("a body");
+    let stiffnesses = vec![BodyStiffness { body, factor }];
+    let conditions = Conditions { stiffnesses, ..Conditions::default() };
+    let resolver = Resolver::new(crate::PARAMS).expect("parameters");
+    resolver.with_conditions(conditions).resolve(&mut scene, Progress::none())
+}
+
+#[test]
+fn a_stiffness_out_of_range_is_refused() {
+    for given in [1e140, 1e300, 1e-160, 1e-300, 1.1e9, 0.9e-9, 0.0, -1.0, f64::INFINITY] {
+        let resolution = resolved_with_stiffness(given);
+        let expected = ResolveError::Stiffness { name: "muscle".to_owned(), factor: given };
+        assert_eq!(resolution, Err(expected), "{given:e}");
+    }
+    assert!(matches!(resolved_with_stiffness(f64::NAN), Err(ResolveError::Stiffness { .. })));
+    let error = resolved_with_stiffness(1e140).expect_err("a refusal");
+    let expected = "the stiffness of 'muscle' is 1e140, but must be from 1e-9 to 1e9";
+    assert_eq!(error.to_string(), expected);
+}
+
+/// At the ends of the range one of both bodies takes all of the overlap.
+#[test]
+fn the_ends_of_the_range_of_stiffness_resolve() {
+    let factors = BodyStiffness::FACTORS;
+    for (factor, yielding) in [(*factors.start(), 1), (*factors.end(), 0)] {
+        let resolution = resolved_with_stiffness(factor).expect("a resolution");
+        assert!(resolution.resolved, "{factor:e}: {resolution:?}");
+        let displacement = |body: usize| resolution.bodies[body].max_displacement;
+        let (moved, kept) = (displacement(yielding), displacement(1 - yielding));
+        assert!(moved > 1.0 && kept < 1e-3, "{factor:e}: {moved} {kept}");
     }
 }
 
