@@ -104,7 +104,7 @@ fn generation_seconds(body: &SurfaceTree, balls: usize) -> f64 {
 impl Row {
     fn new(name: &str, body: &SurfaceTree, generated: &Generated, topology: Topology) -> Self {
         let Generated { medial, deviation } = generated;
-        let union = Topology::of_union(medial, GRID).expect("the grid fits");
+        let union = Topology::of_union(medial, GRID, Progress::none()).expect("the grid fits");
         let balls = medial.balls().len();
         Self {
             name: name.replace('_', " "),

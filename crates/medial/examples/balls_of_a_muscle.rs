@@ -34,7 +34,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             deviation.rms,
             deviation.surface_to_medial.upper,
             deviation.medial_to_surface.upper,
-            Topology::of_union(&made.medial, 1.0)?,
+            Topology::of_union(&made.medial, 1.0, Progress::none())?,
         );
         last = Some(made.medial);
     }

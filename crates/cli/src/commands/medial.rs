@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use mesh_io::{PointValues, write_vtp};
+use musculo_collide::Progress;
 use musculo_collide::kdop::Workspace;
 use musculo_collide::medial::{
     Generated, MedialError, MedialParams, MedialSurface, PrimitiveTree, Topology, generate,
@@ -129,7 +130,8 @@ impl MedialResult {
             generate(&mesh.surface, mesh.positions(), params, progress)
         })?;
 
-        let _phase = Phase::start("counting parts and holes");
+        let union =
+            Phase::run("counting parts and holes", |progress| union_topology(&medial, progress));
         let record = MedialRecord {
             file: path.display().to_string(),
             vertices: mesh.surface.vertex_count(),
@@ -139,7 +141,7 @@ impl MedialResult {
             cones: medial.cones().len(),
             isolated_balls: medial.isolated_balls().len(),
             deviation,
-            union: union_topology(&medial),
+            union,
             inside: Topology::of_inside(&mesh.surface, mesh.positions())?,
         };
         Ok(Self { mesh, medial, record })
@@ -190,10 +192,10 @@ const CELLS_PER_RADIUS: f64 = 8.0;
 
 /// Counts parts and holes of the union of balls, unless the balls are too small for their
 /// number of cells.
-fn union_topology(medial: &MedialSurface) -> Option<Topology> {
+fn union_topology(medial: &MedialSurface, progress: Progress<'_>) -> Option<Topology> {
     // The median is not moved by the few smallest balls at the ends of a muscle.
     let mut radii: Vec<f64> = medial.balls().iter().map(|ball| ball.radius).collect();
     radii.sort_by(f64::total_cmp);
     let median = radii[radii.len() / 2];
-    Topology::of_union(medial, median / CELLS_PER_RADIUS).ok()
+    Topology::of_union(medial, median / CELLS_PER_RADIUS, progress).ok()
 }

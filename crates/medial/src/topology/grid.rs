@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use surface::Aabb;
+use surface::progress::{Interrupted, Progress, ProgressSteps};
 
 use crate::medial_surface::bounds_of;
 use crate::{FootRule, MedialError, MedialSurface};
@@ -9,12 +10,53 @@ use crate::{FootRule, MedialError, MedialSurface};
 /// Maximum number of grid points: a byte of memory each, and seconds of work.
 const MAX_POINTS: usize = 1 << 28;
 
+/// Points between two reports of progress: less than a millisecond of work.
+const REPORT_INTERVAL: usize = 1 << 10;
+
 /// Grid points around a box, the outermost layer free.
 pub(super) struct Grid {
     origin: DVec3,
     spacing: f64,
     size: [usize; 3],
     is_inside: Vec<bool>,
+}
+
+/// Box of grid points, both ends included.
+#[derive(Clone, Copy)]
+struct PointBox {
+    from: [usize; 3],
+    to: [usize; 3],
+}
+
+impl PointBox {
+    /// Returns the number of points; 0 where an end is before its start.
+    fn count(&self) -> usize {
+        let sides = [0, 1, 2].map(|axis| (self.to[axis] + 1).saturating_sub(self.from[axis]));
+        sides[0] * sides[1] * sides[2]
+    }
+}
+
+/// Counter of points, which reports them in intervals.
+struct Counter<'a> {
+    steps: ProgressSteps<'a>,
+    unreported: usize,
+}
+
+impl<'a> Counter<'a> {
+    const fn new(progress: Progress<'a>, points: usize) -> Self {
+        Self { steps: progress.steps(points), unreported: 0 }
+    }
+
+    /// Counts a point that is begun.
+    #[inline]
+    fn step(&mut self) -> Result<(), Interrupted> {
+        self.unreported += 1;
+        if self.unreported < REPORT_INTERVAL {
+            return Ok(());
+        }
+        let done = std::mem::take(&mut self.unreported);
+        self.steps.advance(done)
+    }
 }
 
 /// Neighbors along the axes.
@@ -35,16 +77,44 @@ impl Grid {
         Ok(Self { origin: bounds.min - spacing, spacing, size, is_inside })
     }
 
-    /// Marks the points inside a primitive.
-    pub(super) fn fill(&mut self, medial: &MedialSurface, primitive: u32) {
-        // Only points in the box of the primitive can be inside.
+    /// Marks the points inside the primitives.
+    pub(super) fn fill(
+        &mut self,
+        medial: &MedialSurface,
+        progress: Progress<'_>,
+    ) -> Result<(), Interrupted> {
+        let count = medial.primitives().len();
+        let boxes: Vec<PointBox> =
+            (0_u32..).take(count).map(|k| self.points_around(medial, k)).collect();
+        let points = boxes.iter().map(PointBox::count).sum();
+        let mut counter = Counter::new(progress, points);
+        for (primitive, within) in (0_u32..).zip(boxes) {
+            self.fill_primitive(medial, primitive, within, &mut counter)?;
+        }
+        Ok(())
+    }
+
+    /// Returns the points in the box of a primitive: only these can be inside.
+    fn points_around(&self, medial: &MedialSurface, primitive: u32) -> PointBox {
         let bounds = bounds_of(&medial.primitive_balls(primitive));
         let cell = |p: DVec3| (p - self.origin) / self.spacing;
         let from = cell(bounds.min).ceil().to_array().map(to_usize);
         let to = cell(bounds.max).floor().to_array().map(to_usize);
+        PointBox { from, to }
+    }
+
+    /// Marks the points inside a primitive.
+    fn fill_primitive(
+        &mut self,
+        medial: &MedialSurface,
+        primitive: u32,
+        PointBox { from, to }: PointBox,
+        counter: &mut Counter<'_>,
+    ) -> Result<(), Interrupted> {
         for k in from[2]..=to[2] {
             for j in from[1]..=to[1] {
                 for i in from[0]..=to[0] {
+                    counter.step()?;
                     let place = self.place([i, j, k]);
                     let p = self.origin + self.spacing * DVec3::from([i, j, k].map(crate::real));
                     self.is_inside[place] = self.is_inside[place]
@@ -52,23 +122,29 @@ impl Grid {
                 }
             }
         }
+        Ok(())
     }
 
     /// Counts the parts of the inside, joined along the axes.
-    pub(super) fn component_count(&self) -> usize {
-        self.count_parts(true, &AXES)
+    pub(super) fn component_count(&self, progress: Progress<'_>) -> Result<usize, Interrupted> {
+        self.count_parts(true, &AXES, progress)
     }
 
     /// Counts the parts of the outside, joined across corners as well, which keeps the Euler
     /// numbers of inside and outside consistent.
-    pub(super) fn outside_component_count(&self) -> usize {
-        self.count_parts(false, &all_neighbors())
+    pub(super) fn outside_component_count(
+        &self,
+        progress: Progress<'_>,
+    ) -> Result<usize, Interrupted> {
+        self.count_parts(false, &all_neighbors(), progress)
     }
 
     /// Computes points − edges + squares − cubes of the inside.
-    pub(super) fn euler_number(&self) -> i64 {
+    pub(super) fn euler_number(&self, progress: Progress<'_>) -> Result<i64, Interrupted> {
+        let mut counter = Counter::new(progress, self.is_inside.len());
         let mut euler = 0;
         for [i, j, k] in self.points() {
+            counter.step()?;
             if !self.is_inside[self.place([i, j, k])] || i * j * k == 0 {
                 continue;
             }
@@ -82,15 +158,24 @@ impl Grid {
             let is_cube = squares == [true; 3] && at(1, 1, 1);
             euler += 1 - count(edges) + count(squares) - i64::from(is_cube);
         }
-        euler
+        Ok(euler)
     }
 
     /// Counts the connected sets of points that are inside, or that are not, by flood fill.
-    fn count_parts(&self, inside: bool, steps: &[[isize; 3]]) -> usize {
+    fn count_parts(
+        &self,
+        inside: bool,
+        steps: &[[isize; 3]],
+        progress: Progress<'_>,
+    ) -> Result<usize, Interrupted> {
+        // Every point may be a start, and those of the kind are reached once.
+        let reached = self.is_inside.iter().filter(|&&is_inside| is_inside == inside).count();
+        let mut counter = Counter::new(progress, self.is_inside.len() + reached);
         let mut is_visited = vec![false; self.is_inside.len()];
         let mut parts = 0;
         let mut stack = Vec::new();
         for start in self.points() {
+            counter.step()?;
             let place = self.place(start);
             if is_visited[place] || self.is_inside[place] != inside {
                 continue;
@@ -101,6 +186,7 @@ impl Grid {
 
             // All points of the part.
             while let Some(from) = stack.pop() {
+                counter.step()?;
                 for next in steps.iter().filter_map(|step| self.neighbor(from, *step)) {
                     let place = self.place(next);
                     if !is_visited[place] && self.is_inside[place] == inside {
@@ -110,7 +196,7 @@ impl Grid {
                 }
             }
         }
-        parts
+        Ok(parts)
     }
 
     /// Returns the place of a point in the list.

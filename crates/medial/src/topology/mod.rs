@@ -9,10 +9,20 @@
 
 mod grid;
 
+use surface::progress::Progress;
 use surface::{Positions, TriangleSurface, inspect};
 
 use self::grid::Grid;
 use crate::{MedialError, MedialSurface};
+
+/// Share of the time after which grid points are marked.
+const FILLED: f64 = 0.4;
+
+/// Share of the time after which parts of the inside are counted.
+const INSIDE_COUNTED: f64 = 0.5;
+
+/// Share of the time after which parts of the outside are counted.
+const OUTSIDE_COUNTED: f64 = 0.95;
 
 /// Topology of a volume, by its Betti numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,19 +45,24 @@ impl Topology {
     /// - [`MedialError::Parameter`] for a spacing that is not positive and finite.
     /// - [`MedialError::TooMany`] for a spacing that is too fine for the size, before anything is
     ///   allocated.
-    pub fn of_union(medial: &MedialSurface, spacing: f64) -> Result<Self, MedialError> {
+    /// - [`MedialError::Interrupted`] by `progress`.
+    pub fn of_union(
+        medial: &MedialSurface,
+        spacing: f64,
+        progress: Progress<'_>,
+    ) -> Result<Self, MedialError> {
         if !spacing.is_finite() || spacing <= 0.0 {
             let range = "positive and finite";
             return Err(MedialError::Parameter { name: "spacing", value: spacing, range });
         }
         let mut grid = Grid::around(medial.bounds(), spacing)?;
-        for (primitive, _) in (0_u32..).zip(medial.primitives()) {
-            grid.fill(medial, primitive);
-        }
+        grid.fill(medial, progress.part(0.0, FILLED))?;
 
-        let components = grid.component_count();
-        let cavities = grid.outside_component_count().saturating_sub(1);
-        let tunnels = signed(components) + signed(cavities) - grid.euler_number();
+        let components = grid.component_count(progress.part(FILLED, INSIDE_COUNTED))?;
+        let outside = progress.part(INSIDE_COUNTED, OUTSIDE_COUNTED);
+        let cavities = grid.outside_component_count(outside)?.saturating_sub(1);
+        let euler = grid.euler_number(progress.part(OUTSIDE_COUNTED, 1.0))?;
+        let tunnels = signed(components) + signed(cavities) - euler;
         Ok(Self { components, tunnels, cavities })
     }
 

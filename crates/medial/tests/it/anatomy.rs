@@ -5,6 +5,7 @@
 use fixtures::data;
 use kdop::Workspace;
 use medial::{MedialParams, PrimitiveTree, Topology};
+use surface::progress::Progress;
 
 use crate::support::generated;
 
@@ -26,7 +27,7 @@ fn a_hundred_balls_approximate_a_psoas() {
         assert!(found.foot.distance <= made.deviation.surface_to_medial.upper);
     }
     let inside = Topology::of_inside(&surface, x).unwrap();
-    assert_eq!(Topology::of_union(&made.medial, 1.0).unwrap(), inside);
+    assert_eq!(Topology::of_union(&made.medial, 1.0, Progress::none()).unwrap(), inside);
 }
 
 /// A few quick sizes of coarse muscles, each a few percent below its limit: which of two equally good

@@ -130,13 +130,17 @@ fn the_union_has_the_topology_of_the_surface() {
         let x = surface.positions(&mesh.positions).unwrap();
         let inside = Topology::of_inside(&surface, x).unwrap();
         let generated = made(&mesh, &MedialParams::balls(60)).unwrap();
-        assert_eq!(Topology::of_union(&generated.medial, 1.5).unwrap(), inside, "{name}");
+        assert_eq!(
+            Topology::of_union(&generated.medial, 1.5, Progress::none()).unwrap(),
+            inside,
+            "{name}"
+        );
     }
     let far_apart = "2 0 0\nv 0 0 0 2\nv 9 0 0 2\n";
     let two = medial::MedialSurface::from_ma(far_apart).unwrap();
     let expected = Topology { components: 2, tunnels: 0, cavities: 0 };
-    assert_eq!(Topology::of_union(&two, 0.5).unwrap(), expected);
-    let fine = Topology::of_union(&two, 1e-6);
+    assert_eq!(Topology::of_union(&two, 0.5, Progress::none()).unwrap(), expected);
+    let fine = Topology::of_union(&two, 1e-6, Progress::none());
     assert!(matches!(fine, Err(MedialError::TooMany { kind: "grid points", .. })), "{fine:?}");
 }
 

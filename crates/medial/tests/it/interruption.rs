@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use medial::{MedialError, MedialParams, generate, generate_each};
+use medial::{MedialError, MedialParams, MedialSurface, Topology, generate, generate_each};
 use surface::parallel::on_calling_thread;
 use surface::progress::{Interrupted, Progress};
 
@@ -80,4 +80,42 @@ fn progress_of_several_sizes_rises_to_its_end() {
     assert!(fractions.last().is_some_and(|&last| (last - 1.0).abs() < 1e-12), "{fractions:?}");
     let steps = fractions.windows(2).map(|pair| pair[1] - pair[0]);
     assert!(steps.fold(0.0, f64::max) < 0.3, "{fractions:?}");
+}
+
+/// Returns a cone of two balls, and a ball apart from it.
+fn cone_and_ball() -> MedialSurface {
+    let text = "3 1 0\nv 0 0 0 2\nv 5 0 0 1\nv 12 0 0 2\ne 0 1\n";
+    MedialSurface::from_ma(text).expect("three balls")
+}
+
+/// No phase of the count stands still: each of its reports is near the one before.
+#[test]
+fn progress_of_topology_rises_to_its_end() {
+    let medial = cone_and_ball();
+    let fractions = reported(|progress| {
+        let topology = Topology::of_union(&medial, 0.1, progress).expect("the grid fits");
+        assert_eq!(topology, Topology { components: 2, tunnels: 0, cavities: 0 });
+    });
+    assert!(fractions.is_sorted(), "{fractions:?}");
+    assert!(fractions.last().is_some_and(|&last| last > 0.99 && last <= 1.0), "{fractions:?}");
+    let steps = fractions.windows(2).map(|pair| pair[1] - pair[0]);
+    assert!(steps.fold(fractions[0], f64::max) < 0.05, "{fractions:?}");
+}
+
+#[test]
+fn every_poll_can_end_topology() {
+    let medial = cone_and_ball();
+    let polls = reported(|progress| {
+        Topology::of_union(&medial, 0.1, progress).expect("the grid fits");
+    });
+    for limit in [1, 2, polls.len() / 4, polls.len() / 2, polls.len() - 1] {
+        let calls = AtomicUsize::new(0);
+        let handler = |_| {
+            let is_over = calls.fetch_add(1, Ordering::Relaxed) + 1 >= limit;
+            if is_over { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        let topology = Topology::of_union(&medial, 0.1, Progress::new(&handler));
+        assert_eq!(topology, Err(MedialError::Interrupted(Interrupted)), "call {limit}");
+        assert_eq!(calls.into_inner(), limit, "of {}", polls.len());
+    }
 }
