@@ -61,6 +61,7 @@ With 2 and above no file is changed but a --cache.";
 #[must_use]
 pub fn run() -> ExitCode {
     interrupt::handle_interruption();
+    interrupt::fail_beyond_size_limit();
 
     // A mistake in the arguments is found before anything is read.
     let arguments = match Arguments::read() {

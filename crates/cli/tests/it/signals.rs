@@ -63,16 +63,39 @@ fn an_interruption_ends_waiting() {
     }
 }
 
-/// As `nohup` and jobs in the background of a script do.
+/// As `nohup` and jobs in the background of a script do. Where an ignored one is inherited already,
+/// another shell cannot undo it.
 #[test]
-fn termination_is_handled_where_another_signal_is_ignored() {
-    for ignored in ["HUP", "INT"] {
-        let script = format!("trap '' {ignored}; exec \"$0\" check a.obj pipe.obj");
-        end_waiting("TERM", |place| {
-            let mut shell = Command::new("sh");
-            shell.args(["-c", &script, env!("CARGO_BIN_EXE_musculo-collide")]);
-            shell.current_dir(place.path("")).stdout(Stdio::piped()).stderr(Stdio::piped());
-            shell.spawn().expect("a shell")
-        });
+fn interruptions_are_handled_where_another_signal_is_ignored() {
+    for (ignored, sent) in [("HUP", "TERM"), ("INT", "TERM"), ("INT", "HUP"), ("HUP", "INT")] {
+        if sent == "TERM" || (interruptions().contains(&"INT") && cfg!(target_os = "linux")) {
+            end_ignoring(ignored, sent);
+        }
     }
+}
+
+/// Signals a program that waits and ignores another signal.
+fn end_ignoring(ignored: &str, sent: &str) {
+    let script = format!("trap '' {ignored}; exec \"$0\" check a.obj pipe.obj");
+    end_waiting(sent, |place| shell(place, &script));
+}
+
+/// Starts a script whose `$0` is the program.
+fn shell(place: &Workshop, script: &str) -> Child {
+    let mut shell = Command::new("sh");
+    shell.args(["-c", script, env!("CARGO_BIN_EXE_musculo-collide")]);
+    shell.current_dir(place.path("")).stdout(Stdio::piped()).stderr(Stdio::piped());
+    shell.spawn().expect("a shell")
+}
+
+/// The picture has more than a block of 512 bytes; what is written until the limit is removed.
+#[test]
+fn a_limit_of_file_size_leaves_nothing_behind() {
+    let workshop = workshop();
+    let before = content(&workshop.path(""));
+    let script = "ulimit -f 1; exec \"$0\" check a.obj b.obj --picture new/o.png";
+    let run = finish(shell(&workshop, script));
+    assert_eq!((run.status, run.stdout), (3, String::new()), "{}", run.stderr);
+    assert!(run.stderr.contains("new/o.png: cannot be written: "), "{}", run.stderr);
+    assert_eq!(changes(&before, &content(&workshop.path(""))), "nothing changed");
 }
