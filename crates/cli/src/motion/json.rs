@@ -24,7 +24,7 @@ use serde::{Deserialize, Deserializer};
 use serde_json::Value;
 
 use super::skin::Skin;
-use super::{Motion, MotionProblem, is_rigid};
+use super::{Motion, MotionProblem, keeps_lengths};
 use crate::scene::Unit;
 
 #[derive(Debug, Deserialize)]
@@ -174,8 +174,11 @@ fn rigid_map(frame: usize, name: &str, rows: [f64; 16]) -> Result<DMat4, MotionP
         return Err(MotionProblem::NotFinite { frame, name: name.to_owned() });
     }
 
-    if !is_rigid(map) {
+    if !keeps_lengths(map) {
         return Err(MotionProblem::NotRigid { frame, name: name.to_owned() });
+    }
+    if map.determinant() < 0.0 {
+        return Err(MotionProblem::Mirrors { frame, name: name.to_owned() });
     }
     Ok(map)
 }

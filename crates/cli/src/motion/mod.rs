@@ -67,6 +67,8 @@ pub(crate) enum MotionProblem {
         "map {name:?} of frame {frame} is not rigid: it changes lengths, or its last row is not 0 0 0 1"
     )]
     NotRigid { frame: usize, name: String },
+    #[error("map {name:?} of frame {frame} is not rigid: it mirrors (its determinant is -1)")]
+    Mirrors { frame: usize, name: String },
     #[error("map {name:?} of frame {frame} has a number that is not finite")]
     NotFinite { frame: usize, name: String },
     #[error(
@@ -360,12 +362,11 @@ fn check_places(frames: &[BTreeMap<String, DMat4>]) -> Result<(), MotionProblem>
 /// digits; a scale or shear that matters to contact is far larger.
 const RIGID_TOLERANCE: f64 = 1e-6;
 
-/// Returns true if a map turns and shifts only, without a reflection.
-fn is_rigid(map: DMat4) -> bool {
+/// Returns true if a map keeps all lengths: it turns and shifts, and may mirror.
+fn keeps_lengths(map: DMat4) -> bool {
     let rotation = DMat3::from_mat4(map);
     let residue = rotation.transpose() * rotation - DMat3::IDENTITY;
-    let is_orthonormal = residue.abs_diff_eq(DMat3::ZERO, RIGID_TOLERANCE);
-    is_orthonormal && rotation.determinant() > 0.0 && map.row(3) == DVec4::W
+    residue.abs_diff_eq(DMat3::ZERO, RIGID_TOLERANCE) && map.row(3) == DVec4::W
 }
 
 /// Returns the part of a name after its first underscore, if it has one.

@@ -91,7 +91,14 @@ fn invalid_files_are_refused() {
             r#"{"frames": [], "frames": []}"#.to_owned(),
             "duplicate field `frames` at line 1 column 23",
         ),
-        (swap(QUARTER, &stretched), "map \"femur\" of frame 1 is not rigid"),
+        (
+            swap(QUARTER, &stretched),
+            "map \"femur\" of frame 1 is not rigid: it changes lengths, or its last row",
+        ),
+        (
+            swap(QUARTER, "[1,0,0,0, 0,1,0,0, 0,0,-1,0, 0,0,0,1]"),
+            "map \"femur\" of frame 1 is not rigid: it mirrors (its determinant is -1)",
+        ),
         (
             swap("\"femur\": [1,0,0,0, 0,0,-1", "\"other\": [1,0,0,0, 0,0,-1"),
             "frame 0 has no map \"other\", which other frames have",
