@@ -152,10 +152,17 @@ impl Comparison {
         let mut text = format!("exact: {}, {states} compared\n", self.exact);
         if let Some(Difference { pair, state, error, depth, exact, place }) = self.worst {
             let [a, b] = scene.names(pair);
-            let [error, depth, exact] =
-                [error, depth, exact.lower].map(|length| fixed(length, self.decimals));
-            text +=
-                &format!("depths differ by at most {error} ({a} × {b}, {depth} instead of {exact}");
+            let [error, depth, lower, upper] =
+                [error, depth, exact.lower, exact.upper].map(|length| fixed(length, self.decimals));
+            // Within a bracket any depth may be the exact one.
+            text += &if lower == upper {
+                format!("depths differ by at most {error} ({a} × {b}, {depth} instead of {lower}")
+            } else {
+                format!(
+                    "depths differ by at most {error} from brackets on exact ones ({a} × {b}, {depth} \
+                     instead of {lower} to {upper}"
+                )
+            };
             if let Some([point, foot]) = place {
                 let [point, foot] = [point, foot].map(|p| point_text(p, self.decimals - 1));
                 text += &format!(", at {point} from {foot}");
@@ -219,4 +226,43 @@ fn deepest(report: &PairReport) -> Option<[DVec3; 2]> {
 
 fn point_text(p: DVec3, decimals: usize) -> String {
     format!("({:.decimals$}, {:.decimals$}, {:.decimals$})", p.x, p.y, p.z)
+}
+
+#[cfg(test)]
+mod tests {
+    use fixtures::shapes::cube;
+    use musculo_collide::BodyKind;
+
+    use super::*;
+
+    /// Returns the line of a difference from an exact depth within a bracket.
+    fn line(depth: f64, exact: DepthBracket) -> String {
+        let mut scene = Scene::new();
+        let [a, b] = ["bone", "muscle"].map(|name| {
+            let mesh = cube(1.0);
+            scene.add(name, BodyKind::Deformable, mesh.surface(), mesh.positions).expect("a body")
+        });
+        let error = (exact.lower - depth).max(depth - exact.upper).max(0.0);
+        let pair = PairId::new(a, b);
+        let worst = Some(Difference { pair, state: 0, error, depth, exact, place: None });
+        let comparison = Comparison { worst, decimals: 4, states: 1, ..Comparison::default() };
+        let text = comparison.text(&scene);
+        text.lines().nth(1).expect("a difference").to_owned()
+    }
+
+    #[test]
+    fn a_difference_is_that_from_the_bracket_which_is_written() {
+        let exact = DepthBracket { lower: 1.1997, upper: 1.2046 };
+        assert_eq!(
+            line(1.2011, exact),
+            "depths differ by at most 0.0000 from brackets on exact ones (bone × muscle, 1.2011 \
+             instead of 1.1997 to 1.2046)"
+        );
+        assert!(line(1.2146, exact).starts_with("depths differ by at most 0.0100 from brackets"));
+        let exact = DepthBracket { lower: 1.2, upper: 1.2 };
+        assert_eq!(
+            line(1.25, exact),
+            "depths differ by at most 0.0500 (bone × muscle, 1.2500 instead of 1.2000)"
+        );
+    }
 }
