@@ -11,7 +11,7 @@ use super::Finished;
 use super::joint_arguments::{JointArgs, joint_contacts};
 use crate::failure::Failure;
 use crate::load::{LoadedScene, SceneArguments};
-use crate::output::{FilePlan, Outputs};
+use crate::output::{FilePlan, OutputFormat, Outputs};
 use crate::phase::Phase;
 use crate::report::{
     CheckDocument, ContactField, FileFolder, Gallery, LongTable, OverlapShape, PairContact,
@@ -147,9 +147,9 @@ impl CheckArguments {
         let names = description.bodies.iter().map(|body| &*body.name);
         let plan = self.scene.plan(description);
         plan.writing(self.json.as_ref())
-            .writing(self.table.as_ref())
-            .writing(self.report.as_ref())
-            .writing(self.picture.as_ref())
+            .writing_as(OutputFormat::TABLE, self.table.as_ref())
+            .writing_as(OutputFormat::REPORT, self.report.as_ref())
+            .writing_as(OutputFormat::PICTURE, self.picture.as_ref())
             .writing_into(self.vtp.as_ref(), names.clone().map(body_file), names)
     }
 

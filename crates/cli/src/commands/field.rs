@@ -13,7 +13,7 @@ use musculo_collide::surface::mean_edge;
 use super::Finished;
 use crate::failure::Failure;
 use crate::load::LoadedSurface;
-use crate::output::FilePlan;
+use crate::output::{FilePlan, OutputFormat};
 use crate::phase::Phase;
 use crate::report::{BuiltRecord, FieldRecord};
 use crate::stopwatch::Stopwatch;
@@ -110,7 +110,8 @@ pub(super) fn run(arguments: &FieldArguments) -> Result<Finished, Failure> {
     let out = arguments.out.as_deref();
     let out_format = out.map(|path| arguments.format_of(path)).transpose()?;
     let plan = FilePlan::reading([arguments.input.clone()]).writing(arguments.out.as_ref());
-    let plan = plan.writing(arguments.picture.as_ref()).writing(arguments.json.as_ref());
+    let plan = plan.writing_as(OutputFormat::PICTURE, arguments.picture.as_ref());
+    let plan = plan.writing(arguments.json.as_ref());
     let mut outputs = plan.open()?;
 
     let is_field = FieldFormat::of(&arguments.input).is_some();

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use super::Finished;
 use crate::failure::Failure;
 use crate::load::LoadedSurface;
-use crate::output::{FilePlan, Outputs};
+use crate::output::{FilePlan, OutputFormat, Outputs};
 use crate::phase::Phase;
 use crate::report::MedialRecord;
 use crate::stopwatch::Stopwatch;
@@ -112,9 +112,9 @@ fn refusal(path: &Path, error: MedialError) -> Failure {
 impl MedialArguments {
     fn plan(&self) -> FilePlan {
         FilePlan::reading([self.input.clone()])
-            .writing(self.out.as_ref())
-            .writing(self.picture.as_ref())
-            .writing(self.vtp.as_ref())
+            .writing_as(OutputFormat::BALLS, self.out.as_ref())
+            .writing_as(OutputFormat::PICTURE, self.picture.as_ref())
+            .writing_as(OutputFormat::VTP, self.vtp.as_ref())
             .writing(self.json.as_ref())
     }
 }

@@ -17,7 +17,7 @@ use super::resolve_arguments::ResolveArgs;
 use crate::failure::Failure;
 use crate::load::{LoadedScene, files_of};
 use crate::motion::{Motion, MotionArgs, Replay};
-use crate::output::{FilePlan, Outputs};
+use crate::output::{FilePlan, OutputFormat, Outputs};
 use crate::phase::Phase;
 use crate::report::{
     FileFolder, FrameRecord, LongTable, MotionDocument, PairContact, PairJointContact, PairRecord,
@@ -246,9 +246,9 @@ impl MotionArguments {
         let names = bodies.iter().map(|body| body.name());
         FilePlan::reading(inputs)
             .writing(self.json.as_ref())
-            .writing(self.chart.as_ref())
-            .writing(self.table.as_ref())
-            .writing(self.report.as_ref())
+            .writing_as(OutputFormat::CHART, self.chart.as_ref())
+            .writing_as(OutputFormat::TABLE, self.table.as_ref())
+            .writing_as(OutputFormat::REPORT, self.report.as_ref())
             .writing_into(self.vtp.as_ref(), frame_files(&loaded.scene, frames), names.clone())
             .writing_into(self.resolve.as_ref(), frame_files(&loaded.scene, frames), names)
     }

@@ -14,6 +14,7 @@ use super::range_map::{LastTurn, MapArguments};
 use super::vector::Vector;
 use crate::failure::Failure;
 use crate::load::{LoadedScene, SceneArguments, files_of};
+use crate::output::OutputFormat;
 use crate::phase::Phase;
 use crate::report::{FirstContactRecord, RangeDocument};
 use crate::stopwatch::Stopwatch;
@@ -78,7 +79,8 @@ pub(super) fn run(arguments: &RangeArguments) -> Result<Finished, Failure> {
     let mut inputs = files_of(&description);
     inputs.extend(arguments.scene.inputs.iter().cloned());
     let plan = arguments.scene.plan(&description).writing(arguments.json.as_ref());
-    let plan = plan.writing(arguments.map.map.as_ref()).writing(arguments.map.table.as_ref());
+    let plan = plan.writing_as(OutputFormat::CHART, arguments.map.map.as_ref());
+    let plan = plan.writing_as(OutputFormat::TABLE, arguments.map.table.as_ref());
     let mut outputs = plan.reading_too(arguments.map.cache.clone()).open()?;
     let mut loaded = LoadedScene::load(description)?;
     let ids: Vec<BodyId> = loaded.scene.ids().collect();

@@ -6,11 +6,13 @@
 //! are complete ([`Outputs`]), so that a failure or an interruption leaves nothing behind.
 
 mod earlier;
+mod format;
 mod outputs;
 mod places;
 mod plan;
 mod unfinished;
 
+pub(crate) use self::format::OutputFormat;
 pub(crate) use self::outputs::Outputs;
 pub(crate) use self::plan::FilePlan;
 pub(crate) use self::unfinished::remove_unfinished;

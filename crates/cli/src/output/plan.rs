@@ -3,9 +3,9 @@
 use std::collections::HashMap;
 use std::path::PathBuf;
 
-use super::Outputs;
 use super::earlier::BodyFolder;
-use super::places::Places;
+use super::places::{Destination, Places};
+use super::{OutputFormat, Outputs};
 use crate::failure::Failure;
 
 /// Files that a command reads and writes.
@@ -13,6 +13,8 @@ use crate::failure::Failure;
 pub(crate) struct FilePlan {
     inputs: Vec<PathBuf>,
     files: Vec<PathBuf>,
+    /// Those of the files whose format is known.
+    formats: Vec<(PathBuf, OutputFormat)>,
     folders: Vec<BodyFolder>,
 }
 
@@ -32,6 +34,12 @@ impl FilePlan {
     pub(crate) fn writing(mut self, file: Option<&PathBuf>) -> Self {
         self.files.extend(file.cloned());
         self
+    }
+
+    /// Adds a file that is written in a format, if there is one.
+    pub(crate) fn writing_as(mut self, format: OutputFormat, file: Option<&PathBuf>) -> Self {
+        self.formats.extend(file.map(|file| (file.clone(), format)));
+        self.writing(file)
     }
 
     /// Adds a folder that is made where there is none, if there is one, and the names of
@@ -55,7 +63,8 @@ impl FilePlan {
     /// # Errors
     ///
     /// Outputs that are inputs or other outputs, by the identity of the file; and places
-    /// where no file can be.
+    /// where no file can be; and files whose extension is not that of their format. Devices and pipes
+    /// have any name.
     pub(crate) fn open(self) -> Result<Outputs, Failure> {
         let mut places = Places::of_inputs(self.inputs);
         places.check_standard_output()?;
@@ -69,6 +78,11 @@ impl FilePlan {
         for file in self.files {
             let destination = places.add(&file)?;
             destinations.insert(file, destination);
+        }
+        for (file, format) in self.formats {
+            if matches!(destinations.get(&file), Some(Destination::File(_))) {
+                format.check(&file).map_err(|problem| Failure::in_file(&file, problem))?;
+            }
         }
         Ok(Outputs::new(destinations, places, self.folders))
     }

@@ -152,6 +152,32 @@ fn an_output_that_cannot_be_written_takes_the_others_with_it() {
     }
 }
 
+/// Formats of outputs are named by their extensions; files without one and devices have any content.
+#[test]
+fn outputs_of_unknown_formats_are_refused() {
+    let workshop = workshop();
+    let check: [(&[&str], &str); 3] = [
+        (&["--picture", "p.jpg"], "p.jpg: unknown format of a picture: expected .png"),
+        (&["--table", "t.txt"], "t.txt: unknown format of a table: expected .csv"),
+        (&["--report", "r.pdf"], "r.pdf: unknown format of a report: expected .html"),
+    ];
+    workshop.refuses("check", &check, &["good.obj"]);
+    let medial: [(&[&str], &str); 3] = [
+        (&["--out", "m.txt"], "m.txt: unknown format of a medial surface: expected .ma"),
+        (&["--picture", "m.svg"], "m.svg: unknown format of a picture: expected .png"),
+        (&["--vtp", "m.vtk"], "m.vtk: unknown format of a surface with distances: expected .vtp"),
+    ];
+    workshop.refuses("medial", &medial, &["good.obj", "--balls", "4"]);
+    let field: [(&[&str], &str); 1] =
+        [(&["--picture", "f.jpeg"], "f.jpeg: unknown format of a picture: expected .png")];
+    workshop.refuses("field", &field, &["good.obj"]);
+
+    let accepted = ["good.obj", "--picture", "P.PNG", "--table", "table", "--report", "-"];
+    let run = workshop.check(&accepted);
+    assert_eq!(run.status, 0, "{}", run.stderr);
+    assert!(workshop.path("P.PNG").exists() && workshop.path("table").exists());
+}
+
 #[test]
 fn a_body_in_another_unit_is_suspected_with_both_boxes() {
     let workshop = Workshop::new();
