@@ -21,6 +21,12 @@ pub enum SceneError {
     /// A body without a name could not be told from others in a report.
     #[error("a body has no name")]
     EmptyName,
+    /// A control character in a name, as NUL or the end of a line, could command a terminal or break a table.
+    #[error("the name {name:?} of a body has a control character")]
+    ControlCharacter {
+        /// The name.
+        name: String,
+    },
     /// A body without faces touches nothing.
     #[error("body {name:?} has no faces")]
     NoFaces {

@@ -28,8 +28,8 @@ impl Scene {
     ///
     /// # Errors
     ///
-    /// [`SceneError::DuplicateName`], [`SceneError::EmptyName`], [`SceneError::NoFaces`],
-    /// [`SceneError::TooManyParticles`], and [`SceneError::Surface`] where the positions do not fit
+    /// [`SceneError::DuplicateName`], [`SceneError::EmptyName`], [`SceneError::ControlCharacter`],
+    /// [`SceneError::NoFaces`], [`SceneError::TooManyParticles`], and [`SceneError::Surface`] where the positions do not fit
     /// the surface or are not finite.
     pub fn add(
         &mut self,
@@ -74,6 +74,9 @@ impl Scene {
     fn check_new(&self, name: String, particles: usize) -> Result<(String, u32), SceneError> {
         if name.is_empty() {
             return Err(SceneError::EmptyName);
+        }
+        if name.contains(char::is_control) {
+            return Err(SceneError::ControlCharacter { name });
         }
         if self.ids.contains_key(&name) {
             return Err(SceneError::DuplicateName { name });

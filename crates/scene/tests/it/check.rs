@@ -277,6 +277,13 @@ fn invalid_bodies_and_margins_are_rejected() {
     let twice = add(&mut scene, "ball", &ball);
     assert_eq!(twice, Err(SceneError::DuplicateName { name: "ball".into() }));
     assert_eq!(add(&mut scene, "", &ball), Err(SceneError::EmptyName));
+    for name in ["\0", "left\0femur", "femur\n", "\x1b[2J", "femur\u{9b}", "\t"] {
+        let refused = add(&mut scene, name, &ball);
+        assert_eq!(refused, Err(SceneError::ControlCharacter { name: name.into() }));
+    }
+    let refused = add(&mut scene, "a\0", &ball).unwrap_err().to_string();
+    assert_eq!(refused, "the name \"a\\0\" of a body has a control character");
+    add(&mut scene, "Oberschenkelknochen (größer) \u{2066}", &ball).expect("text");
     let faceless = Mesh { faces: Vec::new(), ..ball.clone() };
     let none = add(&mut scene, "dust", &faceless);
     assert_eq!(none, Err(SceneError::NoFaces { name: "dust".into() }));
