@@ -67,7 +67,7 @@ pub enum WrittenPrecision {
 pub struct Conditions {
     /// Pairs of bodies that are attached to each other.
     pub ties: Vec<Tie>,
-    /// Vertices of soft bodies that stay where they are.
+    /// Vertices of soft bodies that stay where they are, but for [rounding](FixedVertices).
     pub fixed: Vec<FixedVertices>,
     /// Bodies that are stiffer or softer than others.
     pub stiffnesses: Vec<BodyStiffness>,
@@ -141,7 +141,10 @@ pub struct TiedVertices {
     pub loose: usize,
 }
 
-/// Vertices of one body that stay where they are.
+/// Vertices of one body that stay where they are. With a gap and a [precision](ResolveParams::precision) of
+/// 32 bits they are rounded to it as all vertices of soft bodies are, also where the body is not moved otherwise:
+/// the gap is proved of what the file holds. Bodies that are [not rounded](Conditions::unrounded) keep theirs to
+/// the bit, but for vertices at the place of a rounded one.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FixedVertices {
