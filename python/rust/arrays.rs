@@ -56,6 +56,11 @@ pub(crate) fn points<'a>(array: &'a Points<'_>) -> PyResult<&'a [DVec3]> {
     }
 }
 
+/// Checks that a point is finite; the error names it by its number.
+pub(crate) fn require_finite(number: usize, point: DVec3) -> Result<(), String> {
+    if point.is_finite() { Ok(()) } else { Err(format!("point {number} is not finite: {point}")) }
+}
+
 /// Returns the corners of faces where they are, without a copy.
 pub(crate) fn corners<'a>(array: &'a Faces<'_>) -> PyResult<&'a [[i64; 3]]> {
     match array.as_slice() {

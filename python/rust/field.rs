@@ -13,9 +13,9 @@ use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::arrays::{Faces, Points, array, corners, point_array, points, surface};
+use crate::arrays::{Faces, Points, array, corners, point_array, points, require_finite, surface};
 use crate::call::Call;
-use crate::error::unreadable;
+use crate::error::{refused, unreadable};
 use crate::record::{dict, vector};
 
 /// Points that are evaluated between two polls for interruption: some hundredths of a second.
@@ -82,6 +82,9 @@ impl Field {
         threads: Option<i64>,
     ) -> PyResult<Samples<'py>> {
         let points = points(&at)?;
+        for (number, &point) in points.iter().enumerate() {
+            require_finite(number, point).map_err(refused)?;
+        }
         let interpolation = if cubic { Interpolation::Cubic } else { Interpolation::Trilinear };
         let params = QueryParams { interpolation, ..QueryParams::default() };
         let call = Call::new(threads, None)?;

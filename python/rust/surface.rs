@@ -4,13 +4,15 @@ use glam::DVec3;
 use musculo_collide::kdop::Workspace;
 use musculo_collide::overlap::{DepthParams, Overlap, OverlapDetector};
 use musculo_collide::proximity::{ClosestPoint, SurfaceTree};
-use musculo_collide::surface::{Aabb, parallel};
+use musculo_collide::surface::{Aabb, MAX_COORDINATE, parallel};
 use musculo_collide::{Interrupted, Progress};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::arrays::{Faces, Points, array, corners, point_array, points, row_array, surface};
+use crate::arrays::{
+    Faces, Points, array, corners, point_array, points, require_finite, row_array, surface,
+};
 use crate::call::{Call, short};
 use crate::error::refused;
 use crate::record;
@@ -181,7 +183,7 @@ impl Surface {
         question: impl Fn(DVec3, &mut Workspace, &mut Option<u32>) -> T + Sync + Send,
     ) -> PyResult<Vec<T>> {
         for (number, &point) in points.iter().enumerate() {
-            require_finite(number, point).map_err(refused)?;
+            require_in_range(number, point).map_err(refused)?;
         }
         let pieces: Vec<(usize, &[DVec3])> =
             (0..).step_by(POLL_INTERVAL).zip(points.chunks(POLL_INTERVAL)).collect();
@@ -196,7 +198,7 @@ impl Surface {
                     let mut answers = Vec::with_capacity(piece.len());
                     for (number, &point) in piece.iter().enumerate() {
                         // Another thread may write to the caller's array meanwhile.
-                        require_finite(first + number, point)?;
+                        require_in_range(first + number, point)?;
                         answers.push(question(point, workspace, &mut hint));
                     }
                     Ok(answers)
@@ -209,7 +211,16 @@ impl Surface {
     }
 }
 
-/// Checks that a point is finite; the error names it by its number.
-fn require_finite(number: usize, point: DVec3) -> Result<(), String> {
-    if point.is_finite() { Ok(()) } else { Err(format!("point {number} is not finite: {point}")) }
+/// Checks that a point is finite and within the range of coordinates, in which no distance
+/// overflows; the error names it by its number.
+fn require_in_range(number: usize, point: DVec3) -> Result<(), String> {
+    require_finite(number, point)?;
+    let largest = point.abs().max_element();
+    if largest > MAX_COORDINATE {
+        return Err(format!(
+            "point {number} has the coordinate {largest:e}, but magnitudes end at \
+             {MAX_COORDINATE:e}: products of coordinates would overflow"
+        ));
+    }
+    Ok(())
 }

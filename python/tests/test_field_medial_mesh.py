@@ -71,6 +71,11 @@ def test_bad_fields_are_refused():
         DistanceField.build(*ball, spacing=1e-4)
     with pytest.raises(InputError, match=r"points are n × 3"):
         DistanceField.build(*ball, spacing=1.0).query([1.0, 2.0, 3.0])
+    field = DistanceField.build(*ball, spacing=2.0)
+    for bad in (np.nan, np.inf, -np.inf):
+        for call in (field.query, field.query_with_gradients):
+            with pytest.raises(InputError, match="point 1 is not finite"):
+                call([[0, 0, 0], [0, bad, 0]])
 
 
 def test_a_medial_surface_fills_its_surface():

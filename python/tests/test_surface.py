@@ -48,6 +48,10 @@ def test_bad_points_are_refused():
     surface = Surface(*box((0, 0, 0), (1, 1, 1)))
     with pytest.raises(InputError, match="point 1 is not finite"):
         surface.contains([[0, 0, 0], [np.nan, 0, 0]])
+    for call in (surface.contains, surface.signed_distance, surface.closest_points):
+        with pytest.raises(InputError, match=r"point 2 has the coordinate 1e155, but magnitudes end at 1e30"):
+            call([[0, 0, 0], [0, 1e30, 0], [0, 0, -1e155]])
+    assert surface.signed_distance([[1e30, 0, 0]]) == pytest.approx(1e30)
     with pytest.raises(InputError, match="no faces"):
         Surface([[0, 0, 0]], np.zeros((0, 3), int))
 

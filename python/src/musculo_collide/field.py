@@ -87,7 +87,7 @@ class DistanceField:
     ) -> npt.NDArray[np.float64]:
         """Return the signed distances of points (n × 3), infinite outside the grid.
 
-        An array of float64 in row order is read where it is.
+        Points that are not finite are refused. An array of float64 in row order is read where it is.
         """
         return self._query(points, cubic, False, threads)[0]
 

@@ -31,6 +31,8 @@ class ClosestPoints(ArrayTuple, _ClosestPoints):
 class Surface:
     """Surface with a tree, for queries of many points.
 
+    Points that are not finite, or have coordinates beyond 1e30, are refused.
+
     >>> surface = Surface([[0, 0, 0], [30, 0, 0], [0, 30, 0], [0, 0, 30]],
     ...                   [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
     >>> surface.signed_distance([[8, 8, -2], [8, 8, 2]])
