@@ -88,14 +88,14 @@ fn shell(place: &Workshop, script: &str) -> Child {
     shell.spawn().expect("a shell")
 }
 
-/// The picture has more than a block of 512 bytes; what is written until the limit is removed.
+/// Files have more than a block of 512 bytes; what is written until the limit is removed.
 #[test]
 fn a_limit_of_file_size_leaves_nothing_behind() {
     let workshop = workshop();
     let before = content(&workshop.path(""));
-    let script = "ulimit -f 1; exec \"$0\" check a.obj b.obj --picture new/o.png";
+    let script = "ulimit -f 1; exec \"$0\" check a.obj b.obj --vtp new --picture o.png";
     let run = finish(shell(&workshop, script));
     assert_eq!((run.status, run.stdout), (3, String::new()), "{}", run.stderr);
-    assert!(run.stderr.contains("new/o.png: cannot be written: "), "{}", run.stderr);
+    assert!(run.stderr.contains(": cannot be written: File too large"), "{}", run.stderr);
     assert_eq!(changes(&before, &content(&workshop.path(""))), "nothing changed");
 }
