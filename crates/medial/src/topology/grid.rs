@@ -10,7 +10,7 @@ use crate::{FootRule, MedialError, MedialSurface};
 /// Maximum number of grid points: a byte of memory each, and seconds of work.
 const MAX_POINTS: usize = 1 << 28;
 
-/// Points between two reports of progress: less than a millisecond of work.
+/// Points or neighbors between two reports of progress: less than a millisecond of work.
 const REPORT_INTERVAL: usize = 1 << 10;
 
 /// Grid points around a box, the outermost layer free.
@@ -36,21 +36,21 @@ impl PointBox {
     }
 }
 
-/// Counter of points, which reports them in intervals.
+/// Counter of points and of their neighbors, which reports them in intervals.
 struct Counter<'a> {
     steps: ProgressSteps<'a>,
     unreported: usize,
 }
 
 impl<'a> Counter<'a> {
-    const fn new(progress: Progress<'a>, points: usize) -> Self {
-        Self { steps: progress.steps(points), unreported: 0 }
+    const fn new(progress: Progress<'a>, count: usize) -> Self {
+        Self { steps: progress.steps(count), unreported: 0 }
     }
 
-    /// Counts a point that is begun.
+    /// Counts points or neighbors that are begun.
     #[inline]
-    fn step(&mut self) -> Result<(), Interrupted> {
-        self.unreported += 1;
+    fn add(&mut self, count: usize) -> Result<(), Interrupted> {
+        self.unreported += count;
         if self.unreported < REPORT_INTERVAL {
             return Ok(());
         }
@@ -114,7 +114,7 @@ impl Grid {
         for k in from[2]..=to[2] {
             for j in from[1]..=to[1] {
                 for i in from[0]..=to[0] {
-                    counter.step()?;
+                    counter.add(1)?;
                     let place = self.place([i, j, k]);
                     let p = self.origin + self.spacing * DVec3::from([i, j, k].map(crate::real));
                     self.is_inside[place] = self.is_inside[place]
@@ -144,7 +144,7 @@ impl Grid {
         let mut counter = Counter::new(progress, self.is_inside.len());
         let mut euler = 0;
         for [i, j, k] in self.points() {
-            counter.step()?;
+            counter.add(1)?;
             if !self.is_inside[self.place([i, j, k])] || i * j * k == 0 {
                 continue;
             }
@@ -168,14 +168,17 @@ impl Grid {
         steps: &[[isize; 3]],
         progress: Progress<'_>,
     ) -> Result<usize, Interrupted> {
-        // Every point may be a start, and those of the kind are reached once.
+        // Every point may be a start. Those of the kind are reached once, each with its neighbors.
         let reached = self.is_inside.iter().filter(|&&is_inside| is_inside == inside).count();
-        let mut counter = Counter::new(progress, self.is_inside.len() + reached);
+        let mut counter = Counter::new(
+            progress,
+            reached.saturating_mul(steps.len()).saturating_add(self.is_inside.len()),
+        );
         let mut is_visited = vec![false; self.is_inside.len()];
         let mut parts = 0;
         let mut stack = Vec::new();
         for start in self.points() {
-            counter.step()?;
+            counter.add(1)?;
             let place = self.place(start);
             if is_visited[place] || self.is_inside[place] != inside {
                 continue;
@@ -186,7 +189,7 @@ impl Grid {
 
             // All points of the part.
             while let Some(from) = stack.pop() {
-                counter.step()?;
+                counter.add(steps.len())?;
                 for next in steps.iter().filter_map(|step| self.neighbor(from, *step)) {
                     let place = self.place(next);
                     if !is_visited[place] && self.is_inside[place] == inside {

@@ -16,13 +16,13 @@ use self::grid::Grid;
 use crate::{MedialError, MedialSurface};
 
 /// Share of the time after which grid points are marked.
-const FILLED: f64 = 0.4;
+const FILLED: f64 = 0.12;
 
 /// Share of the time after which parts of the inside are counted.
-const INSIDE_COUNTED: f64 = 0.5;
+const INSIDE_COUNTED: f64 = 0.15;
 
 /// Share of the time after which parts of the outside are counted.
-const OUTSIDE_COUNTED: f64 = 0.95;
+const OUTSIDE_COUNTED: f64 = 0.98;
 
 /// Topology of a volume, by its Betti numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
