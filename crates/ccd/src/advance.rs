@@ -11,7 +11,7 @@
 //! 1996, section 2.3.2 (conservative advancement). Differs in that directions turn, and in the
 //! step, which is the closed form for linear motion along one, rounded down and certified.
 
-use crate::closest::ClosestToOrigin;
+use crate::closest::{ClosestToOrigin, WeightedClosest};
 use crate::polygon::{MovingPolygon, TurningDirection};
 use crate::scalar::{fast_max, fast_min};
 use crate::search::{ContactSearch, OPEN_SLACK};
@@ -47,18 +47,30 @@ where
         let near = self.separation * (1.0 + slack);
         let (mut t, mut piece) = (lo, hi - lo);
         let mut from = polygon.closest(t);
+        let mut is_weighted = false;
         for _ in 0..self.max_directions() {
-            if from.point.length_squared() <= near * near || piece < MIN_STEP {
+            if piece < MIN_STEP {
                 return Some(t);
             }
 
             // Certify the direction to the closest point up to where it is expected to be near.
             let expected = self.time_until_near(polygon, &from);
             let until = fast_min(hi, t + fast_min(piece, fast_max(expected, MIN_STEP)));
-            let to = polygon.closest(until);
+            let to = hint(polygon, until, is_weighted);
             let direction = TurningDirection { start: from.point, end: to.point };
-            let Some(clear) = polygon.clear_until(direction, t, until, self.separation) else {
-                return Some(t);
+            let is_apart = from.point.length_squared() > near * near;
+            let clear = is_apart
+                .then(|| polygon.clear_until(direction, t, until, self.separation))
+                .flatten();
+
+            // A point that is near, or whose direction does not hold, may be one of noise.
+            let Some(clear) = clear else {
+                let weighted = hint(polygon, t, true);
+                if is_weighted || weighted.point == from.point {
+                    return Some(t);
+                }
+                (from, is_weighted) = (weighted, true);
+                continue;
             };
             if clear >= hi {
                 return None;
@@ -67,7 +79,7 @@ where
             // Lengthen the next piece where the direction held, else shorten it.
             let is_slow = clear - t < SLOW * (until - t);
             piece = (until - t) * if is_slow { SLOW } else { 2.0 };
-            from = if clear < until { polygon.closest(clear) } else { to };
+            from = if clear < until { hint(polygon, clear, is_weighted) } else { to };
             t = clear;
         }
         Some(t)
@@ -86,4 +98,22 @@ where
         let time = (squared - self.separation * squared.sqrt()) / approach;
         if time > 0.0 { time } else { f64::INFINITY }
     }
+}
+
+/// Finds a point whose direction is to be certified at time `t`: the closest one or, `is_weighted`,
+/// one that certainly is of the polygon.
+#[inline]
+fn hint<const N: usize>(
+    polygon: &MovingPolygon<'_, N>,
+    t: f64,
+    is_weighted: bool,
+) -> ClosestToOrigin<N>
+where
+    PolygonShape<N>: Corners<N>,
+{
+    if is_weighted {
+        let WeightedClosest { closest, hint, .. } = polygon.weighted_closest(t);
+        return ClosestToOrigin { point: hint, ..closest };
+    }
+    polygon.closest(t)
 }

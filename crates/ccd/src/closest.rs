@@ -1,7 +1,7 @@
 //! Point of a moving polygon closest to the origin, and its weights.
 //!
-//! Only hints come from here: directions to certify, and the weights of a contact that rounding
-//! cannot distinguish from a near miss.
+//! Directions are only hints, to be certified. The length of weighted corners is that of a point of
+//! the polygon, and proves that it is near.
 
 use glam::DVec3;
 
@@ -15,6 +15,17 @@ pub(crate) struct ClosestToOrigin<const N: usize> {
     pub(crate) point: DVec3,
     /// Weights of the corners.
     pub(crate) weights: [f64; N],
+}
+
+/// Point of a polygon closest to the origin, with the length of its weighted corners.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct WeightedClosest<const N: usize> {
+    pub(crate) closest: ClosestToOrigin<N>,
+    /// The closest point or, where that differs from the weighted corners, these.
+    pub(crate) hint: DVec3,
+    /// Length of the weighted corners. Up to [`Outline::rounding`](crate::outline::Outline), the
+    /// polygon has a point at this distance from the origin, whatever the weights are worth.
+    pub(crate) length: f64,
 }
 
 impl<const N: usize> MovingPolygon<'_, N>
@@ -43,6 +54,42 @@ where
         }
         closest_on_edges(&self.corners(t))
     }
+
+    /// Finds the point closest to the origin at time `t`, and the point of the polygon that its
+    /// weights make.
+    ///
+    /// The area vector of a polygon whose corners are nearly in line may be rounding alone. A point
+    /// along it may be far from the polygon, and its weights those of any other point. Where the two
+    /// differ, the closest point of the edges is taken if that is nearer.
+    pub(crate) fn weighted_closest(&self, t: f64) -> WeightedClosest<N> {
+        let closest = self.closest(t);
+        let corners = self.corners(t);
+        let mean = weighted(&corners, closest.weights);
+        let (length, difference) = (mean.length(), mean.distance(closest.point));
+        if difference <= SAME_POINT * length + self.outline.rounding() {
+            return WeightedClosest { hint: closest.point, closest, length };
+        }
+
+        let on_edges = closest_on_edges(&corners);
+        let length_on_edges = weighted(&corners, on_edges.weights).length();
+        if length_on_edges < length {
+            let hint = on_edges.point;
+            return WeightedClosest { closest: on_edges, hint, length: length_on_edges };
+        }
+        WeightedClosest { closest, hint: mean, length }
+    }
+}
+
+/// Distance between the closest point and the weighted corners, relative to their length, up to
+/// which both are the same point.
+///
+/// Larger leaves points in use whose lengths are off by it; smaller also searches the edges for
+/// points that are only rounded.
+const SAME_POINT: f64 = 1e-11;
+
+/// Returns the sum of the corners times their weights.
+fn weighted<const N: usize>(corners: &[DVec3; N], weights: [f64; N]) -> DVec3 {
+    (0..N).map(|i| corners[i] * weights[i]).sum()
 }
 
 /// Finds the point of the edges closest to the origin.

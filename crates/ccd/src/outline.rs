@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use crate::ends::{Ends, sum};
 use crate::error::{CcdError, StepEnd};
-use crate::rounding::{LARGE, LENGTH_UP, SMALL, exponent, power_of_two};
+use crate::rounding::{LARGE, LENGTH_UP, SMALL, UNIT, exponent, power_of_two};
 use crate::scalar::{fast_max, max_each};
 use crate::shape::{Corners, PointDifferences, PolygonShape};
 
@@ -147,6 +147,13 @@ impl Outline {
     #[inline]
     pub(crate) fn max_abs(&self) -> DVec3 {
         max_each(-self.lower, self.upper)
+    }
+
+    /// Bounds the rounding of a point of the polygon: the mean of its corners with convex weights.
+    ///
+    /// Section 7 of the error analysis: 4 u for a corner, below 8 u for the weights and their sum.
+    pub(crate) fn rounding(&self) -> f64 {
+        16.0 * UNIT * self.max_abs().element_sum()
     }
 
     #[inline]

@@ -225,8 +225,9 @@ where
 
         // One direction decides a short interval, if it is not at the start of the step.
         if hi - lo < SHORT && self.separation == 0.0 {
-            let direction = polygon.closest(interval.middle()).point;
-            if polygon.direction_separates(direction, lo, hi, self.separation) {
+            let middle = interval.middle();
+            let hints = [polygon.closest(middle).point, polygon.weighted_closest(middle).hint];
+            if hints.iter().any(|&m| polygon.direction_separates(m, lo, hi, self.separation)) {
                 return None;
             }
             if lo > 0.0 {
@@ -263,7 +264,7 @@ where
     /// Returns the contact to report where no crossing is certain.
     fn contact(&self, interval: &RootInterval, certainty: Certainty) -> CcdContact {
         let (lo, hi) = (interval.lo, interval.hi);
-        let nearest = self.polygon().closest(lo);
+        let nearest = self.polygon().weighted_closest(lo).closest;
         CcdContact {
             lo,
             hi,
@@ -284,8 +285,9 @@ where
         if self.separation <= 0.0 {
             return None;
         }
-        let close = self.separation * (1.0 - 8.0 * UNIT) - self.rounding();
-        let is_close = |t: &f64| polygon.closest(*t).point.length() < close;
+        // The weighted corners are a point of the polygon, whatever their weights are worth.
+        let close = self.separation * (1.0 - 8.0 * UNIT) - self.outline.rounding();
+        let is_close = |t: &f64| polygon.weighted_closest(*t).length < close;
         [interval.middle(), interval.lo].into_iter().find(is_close)
     }
 
@@ -295,14 +297,9 @@ where
         // The sign of the volume is the side of the plane on which the second primitive is.
         let area = self.outline.area_vector(interval.lo);
         let plane = if self.cubic.value(interval.lo) > 0.0 { -area } else { area };
-        let is_apart = closest.length() > 16.0 * self.rounding();
+        let is_apart = closest.length() > 16.0 * self.outline.rounding();
         let candidates = if is_apart { [-closest, plane] } else { [plane, -closest] };
         candidates.into_iter().find_map(direction).unwrap_or(DVec3::Z)
-    }
-
-    /// Bounds the rounding of a point of the polygon.
-    fn rounding(&self) -> f64 {
-        16.0 * UNIT * self.outline.max_abs().element_sum()
     }
 }
 

@@ -1,6 +1,7 @@
 //! Tests of queries and batches as a caller uses them.
 
 mod batch;
+mod collinear;
 mod contacts;
 mod curved;
 #[cfg(feature = "exact")]
