@@ -87,8 +87,10 @@ pub enum Certainty {
 
 /// Contact of two moving primitives.
 ///
-/// The fields satisfy, for the points `x_i` of the query at the time of contact,
-/// `|sum weights_i x_i| <= min_separation`, up to rounding.
+/// The fields satisfy, for the points `x_i` of the query at a time between `lo` and `hi`,
+/// `|sum weights_i x_i| <= min_separation`, up to rounding and 1e-6 of the separation. Points of a
+/// [`Certainty::Possible`] contact may be farther apart where [`CcdParams::max_directions`] are used
+/// up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CcdContact {

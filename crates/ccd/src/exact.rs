@@ -20,34 +20,30 @@ mod root;
 use glam::DVec3;
 use num_bigint::BigInt;
 
-use crate::contact::{CcdContact, Certainty};
 use crate::shape::{Corners, PolygonShape};
 use part::Part;
 use polynomial::{Polynomial, Sign};
 use root::{Root, TimeBounds, Unresolved, isolate, sign_at};
 
-/// Decides a possible contact: returns it with certain times, or `None` where there is none.
+/// Decides a contact that is possible between two times: returns bounds on its first time, or `None`
+/// where there is none.
 ///
 /// It takes tens of microseconds where the exponents of the coordinates are similar, and up to some
 /// milliseconds where they are as different as those of any two numbers.
 pub(crate) fn decide<const N: usize>(
     x0: &[DVec3; 4],
     x1: &[DVec3; 4],
-    possible: CcdContact,
-) -> Option<CcdContact>
+    [lo, hi]: [f64; 2],
+) -> Option<TimeBounds>
 where
     PolygonShape<N>: Corners<N>,
 {
     let points = integers(x0, x1);
-    let [from, to] = [root::floor(possible.lo), root::ceil(possible.hi)];
-    let first = match ExactPolygon::<N>::new(&points).first_contact(from, to) {
+    let [from, to] = [root::floor(lo), root::ceil(hi)];
+    match ExactPolygon::<N>::new(&points).first_contact(from, to) {
         Ok(first) => first.map(|root| root.bounds()),
         Err(Unresolved { .. }) => first_in_part::<N>(&points, &Part::new(from, to)),
-    };
-
-    let (lo, hi) = first?.rounded();
-    let (at_start, certainty) = (first?.is_start(), Certainty::Certain);
-    Some(CcdContact { lo, hi, at_start, certainty, ..possible })
+    }
 }
 
 /// Finds the first contact in a part of the step; where roots are too close to be resolved, in the

@@ -247,13 +247,46 @@ where
 
     /// Applies the policy for undecided contacts to an interval at whose start no direction holds.
     fn undecided(&self, interval: RootInterval) -> Option<CcdContact> {
-        let possible = self.contact(&interval, Certainty::Possible);
         #[cfg(feature = "exact")]
         if self.is_decided_exactly() {
-            let [x0, x1] = self.points;
-            return crate::exact::decide::<N>(x0, x1, possible);
+            return self.decided(interval);
         }
-        Some(possible)
+        Some(self.contact(&interval, Certainty::Possible))
+    }
+
+    /// Returns the contact that exact arithmetic finds in an interval, with the weights at its time.
+    #[cfg(feature = "exact")]
+    fn decided(&self, interval: RootInterval) -> Option<CcdContact> {
+        let [x0, x1] = self.points;
+        let time = crate::exact::decide::<N>(x0, x1, [interval.lo, interval.hi])?;
+        let (lo, hi) = time.rounded();
+        let contact = self.contact(&RootInterval { lo, hi, ..interval }, Certainty::Certain);
+        let normal = self.normal_before(lo, interval.lo);
+        Some(CcdContact { at_start: time.is_start(), normal, ..contact })
+    }
+
+    /// Returns the normal at the last of some times from `earliest` to the one of a contact at which
+    /// the polygon is well apart from the origin; at `earliest` if there is none.
+    ///
+    /// At the contact itself the closest point is the origin, which has no direction.
+    #[cfg(feature = "exact")]
+    fn normal_before(&self, contact: f64, earliest: f64) -> DVec3 {
+        /// Distance in units of rounding from which on a direction is known to 2e-4.
+        const WELL_APART: f64 = 4096.0;
+
+        /// Number of times: each is four times as long before the contact as the one after it.
+        const TIMES: i32 = 16;
+
+        let polygon = self.polygon();
+        let far = WELL_APART * self.outline.rounding();
+        for power in (1..TIMES).rev() {
+            let t = contact - (contact - earliest) * 0.25_f64.powi(power);
+            let nearest = polygon.weighted_closest(t).closest;
+            if nearest.point.length() > far {
+                return self.normal(t, nearest.point);
+            }
+        }
+        self.normal(earliest, polygon.weighted_closest(earliest).closest.point)
     }
 
     /// Returns true if exact arithmetic decides what no direction does.
@@ -271,7 +304,7 @@ where
             certainty,
             at_start: lo <= 0.0,
             weights: PolygonShape::<N>::stencil(nearest.weights),
-            normal: self.normal(interval, nearest.point),
+            normal: self.normal(lo, nearest.point),
         }
     }
 
@@ -291,12 +324,12 @@ where
         [interval.middle(), interval.lo].into_iter().find(is_close)
     }
 
-    /// Returns the unit direction away from the closest point if rounding allows it, else the normal
-    /// of the plane; an axis if neither has a direction.
-    fn normal(&self, interval: &RootInterval, closest: DVec3) -> DVec3 {
+    /// Returns the unit direction away from the closest point at time `t` if rounding allows it, else
+    /// the normal of the plane; an axis if neither has a direction.
+    fn normal(&self, t: f64, closest: DVec3) -> DVec3 {
         // The sign of the volume is the side of the plane on which the second primitive is.
-        let area = self.outline.area_vector(interval.lo);
-        let plane = if self.cubic.value(interval.lo) > 0.0 { -area } else { area };
+        let area = self.outline.area_vector(t);
+        let plane = if self.cubic.value(t) > 0.0 { -area } else { area };
         let is_apart = closest.length() > 16.0 * self.outline.rounding();
         let candidates = if is_apart { [-closest, plane] } else { [plane, -closest] };
         candidates.into_iter().find_map(direction).unwrap_or(DVec3::Z)

@@ -5,7 +5,7 @@ use std::cell::Cell;
 
 use arbitrary::{Result, Unstructured};
 use ccd::{CcdContact, CcdError, CcdParams, Certainty, edge_edge, vertex_face};
-use glam::DVec3;
+use glam::{DVec3, DVec4};
 
 use crate::random::check;
 
@@ -151,4 +151,53 @@ fn roots_closer_than_the_resolution_are_told_apart() {
         let contact = decided(query, x0, x1).expect("they meet");
         assert!((contact.lo - time).abs() < 1e-15, "{contact:?}");
     }
+}
+
+/// Computes the weighted points of a contact at a time: the second primitive minus the first.
+fn weighted(contact: &CcdContact, [x0, x1]: [[DVec3; 4]; 2], t: f64) -> DVec3 {
+    (0..4).map(|k| contact.weights[k] * (x0[k] * (1.0 - t) + x1[k] * t)).sum()
+}
+
+#[test]
+fn weights_are_those_at_the_time_that_is_decided() {
+    let x0 = [[-1.0, 0.0], [-1.0, -1.0], [1.0, 1.0], [1.0, 1.0]];
+    let x1 = [[-1.0, -1.0], [1.0, 0.0], [-1.0, -1.0], [0.0, 1.0]];
+    let [x0, x1] = [x0, x1].map(|x| x.map(|[x, y]| DVec3::new(x, y, 0.0)));
+    let contact = decided(edge_edge, x0, x1).expect("points 0 and 2 meet at the end");
+    assert_eq!((contact.lo, contact.hi), (1.0, 1.0), "{contact:?}");
+    let of_points = DVec4::new(-1.0, 0.0, 1.0, 0.0);
+    assert_eq!(DVec4::from_array(contact.weights), of_points);
+
+    // The normal is that just before, when point 2 slides onto the end of the first edge, which lies
+    // along (2, 1).
+    let before = DVec3::new(1.0, -2.0, 0.0) / 5.0_f64.sqrt();
+    assert!(contact.normal.distance(before) < 1e-3, "{}", contact.normal);
+}
+
+/// Draws four points of whole coordinates in a plane.
+fn plane_points(u: &mut Unstructured<'_>, size: i32) -> Result<[DVec3; 4]> {
+    let mut x = [DVec3::ZERO; 4];
+    for p in &mut x {
+        let mut whole = || Ok(f64::from(u.int_in_range(-size..=size)?));
+        *p = DVec3::new(whole()?, whole()?, 0.0);
+    }
+    Ok(x)
+}
+
+#[test]
+fn weighted_points_of_decided_contacts_coincide() {
+    let contacts = Cell::new(0);
+    check(4000, |u| {
+        let size = u.int_in_range(1..=4)?;
+        let x = [plane_points(u, size)?, plane_points(u, size)?];
+        for query in [vertex_face as Query, edge_edge] {
+            let Some(contact) = decided(query, x[0], x[1]) else { continue };
+            contacts.set(contacts.get() + 1);
+            let apart = weighted(&contact, x, contact.lo).length();
+            assert!(apart < 1e-13, "{apart:e} at {contact:?} of {x:?}");
+            assert!((contact.normal.length() - 1.0).abs() < 1e-12, "{contact:?}");
+        }
+        Ok(())
+    });
+    assert!(contacts.get() > 1000, "{} contacts", contacts.get());
 }
