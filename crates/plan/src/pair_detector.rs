@@ -1,6 +1,6 @@
 //! Detection of one pair by its method.
 
-use distance_field::FieldContacts;
+use distance_field::{FieldContacts, FieldFeature};
 use glam::DVec3;
 use kdop::Workspace;
 use medial::MedialScratch;
@@ -218,7 +218,10 @@ impl PairDetector {
             if contact.gap < -max_depth {
                 contact = project(&contact, scene.body(other), bone.tree, &mut self.workspace);
             }
-            lower(&mut self.found.min_gap, contact.gap);
+            // Contacts of edges are between vertices that are farther out.
+            if matches!(found.feature, FieldFeature::Vertex(_)) {
+                lower(&mut self.found.min_gap, contact.gap);
+            }
             self.contacts.push(contact);
         }
         self.operations.field_vertices += count(self.field.contacts().len());

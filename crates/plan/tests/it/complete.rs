@@ -306,3 +306,23 @@ fn brackets_of_flat_surfaces_hold_a_bump_that_is_lost() {
     assert!((found.max_depth - exact.lower).abs() <= 2.0, "{found:?}");
     assert!(found.depth.lower <= exact.upper && found.depth.upper >= exact.lower, "{found:?}");
 }
+
+#[test]
+fn gaps_by_a_field_are_those_of_vertices() {
+    // Edges of the bar run through the middle of the ball, with both ends far outside.
+    let (ball, bar) = (shapes::icosphere(10.0, 3), DVec3::new(60.0, 3.0, 3.0));
+    let (mut scene, pair) = scene(&ball, &shapes::plate(bar, [1, 1]));
+    let gaps = [DetectionMethod::Exact, DetectionMethod::Field].map(|method| {
+        let mut plan = plan(&mut scene, pair, Some(method), 0.5);
+        let bound = plan.pairs()[0].accuracy.bound;
+        let detection = detect(&mut plan, &mut scene);
+        let found = detection.pair(pair).expect("they overlap");
+        assert_eq!(found.method, method);
+        let deepest = found.contacts.clone().map(|i| detection.contacts()[i].gap);
+        let deepest = deepest.fold(f64::INFINITY, f64::min);
+        (found.min_gap.expect("vertices of the ball are in the bar"), deepest, bound)
+    });
+    let [(exact, ..), (gap, deepest, bound)] = gaps;
+    assert!((gap - exact).abs() <= bound, "{gap} for {exact}, within {bound}");
+    assert!(deepest < -8.0 && gap > -2.0, "{deepest} of an edge, {gap} of a vertex");
+}
