@@ -63,6 +63,7 @@ mod near_features;
 mod pair;
 mod projection;
 mod regions;
+mod rounding;
 mod self_crossings;
 mod separation;
 mod surface_tree;

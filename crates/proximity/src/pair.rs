@@ -13,6 +13,7 @@ use crate::distance::distance_between;
 use crate::inside::InsideVertices;
 use crate::near_faces::{NearFaces, list_near_faces};
 use crate::projection::Candidates;
+use crate::rounding::distance_rounding;
 use crate::{NearVertex, NoInside, PairError, SurfaceTree};
 
 /// Proximity of two surfaces in one state, in memory that is reused from pair to pair.
@@ -53,7 +54,9 @@ struct Neighborhood<'a> {
 impl PairProximity {
     /// Computes the proximity of `a` and `b`, in place of an earlier pair's.
     ///
-    /// Vertices outside are reported within `margin` (`>= 0`) of the other surface.
+    /// Vertices outside are reported within `margin` (`>= 0`) of the other surface, all that are, and
+    /// with them some that are farther by no more than the rounding of a distance: 2.5e-13 of the
+    /// largest coordinate. Without a margin these are of faces that meet.
     ///
     /// # Errors
     ///
@@ -225,7 +228,7 @@ impl PairProximity {
     }
 
     /// Computes the distance between the surfaces, edges included: 0 where they meet, `None`
-    /// where it exceeds the margin.
+    /// where it exceeds the margin. One that exceeds it by no more than rounding may be returned.
     ///
     /// Surfaces and margin are those of the last [`compute`](Self::compute).
     pub fn distance(&mut self, a: &SurfaceTree, b: &SurfaceTree, margin: f64) -> Option<f64> {
@@ -249,7 +252,8 @@ impl PairProximity {
             return Ok(Some(0.0));
         }
         let near = self.a.near.iter().chain(&self.b.near);
-        let bound = near.map(|vertex| vertex.gap.abs()).fold(margin, f64::min);
+        let limit = margin + distance_rounding([a, b]);
+        let bound = near.map(|vertex| vertex.gap.abs()).fold(limit, f64::min);
         distance_between(a, b, bound, &mut self.workspace, progress)
     }
 }
@@ -309,7 +313,8 @@ impl PairSide {
         self.no_inside.map_or(Ok(self.inside.len()), Err)
     }
 
-    /// Returns the vertices that are inside the other surface or within the margin, ascending.
+    /// Returns the vertices that are inside the other surface or within the margin, ascending. Vertices beyond it by no
+    /// more than rounding may be among them.
     #[must_use]
     pub fn near(&self) -> &[NearVertex] {
         &self.near

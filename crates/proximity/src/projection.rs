@@ -5,10 +5,13 @@ use kdop::Workspace;
 use surface::progress::{Interrupted, Progress};
 use surface::{Barycentric, TriangleSurface, triangle};
 
+use crate::rounding::distance_rounding;
 use crate::{ClosestPoint, FaceBox, FaceBoxes, NearFaces, SurfaceTree};
 
 /// Vertex that is inside another surface or within the margin of it, and its closest point
 /// there, the foot.
+///
+/// A vertex beyond the margin by no more than rounding may be one of these, with a gap above the margin.
 ///
 /// `position = foot + gap * normal`, up to rounding.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,8 +48,11 @@ pub(crate) struct Candidates {
     touched: Vec<u32>,
     /// Boxes of the faces of the other surface.
     boxes: FaceBoxes,
-    /// Distance within which vertices are reported.
+    /// Distance within which faces are offered.
     margin: f64,
+    /// Computed distance up to which vertices are reported: the margin and the rounding of a
+    /// distance.
+    limit: f64,
 }
 
 /// Nearest of some faces.
@@ -82,6 +88,7 @@ impl Candidates {
         // Only what the last projection has set is reset: most of a surface is far.
         let surface = p.surface();
         self.margin = margin;
+        self.limit = margin + distance_rounding([p, q]);
         self.vertices.clear();
         for vertex in self.touched.drain(..) {
             self.nearest[vertex as usize] = Nearest::NONE;
@@ -181,7 +188,7 @@ impl Candidates {
     }
 
     /// Finds the closest point of one candidate: of an inside vertex however far, of others
-    /// within the margin.
+    /// within the margin, up to the rounding of its distance.
     fn closest(
         &self,
         vertex: u32,
@@ -192,14 +199,16 @@ impl Candidates {
     ) -> Option<ClosestPoint> {
         let (nearest, margin) = (self.nearest[vertex as usize], self.margin);
 
-        // With a margin all faces within it were offered; without one, only those that meet.
-        if margin > 0.0 && nearest.distance <= margin {
+        // With a margin all faces within it were offered; without one, only those that meet. A face
+        // that is not offered may be nearer than one beyond the margin.
+        let limit = if is_inside { margin } else { self.limit };
+        if margin > 0.0 && nearest.distance <= limit {
             return Some(q.closest_on_face(position, nearest.face));
         }
         if margin > 0.0 && !is_inside {
             return None;
         }
-        let max_distance = if is_inside { f64::INFINITY } else { margin };
+        let max_distance = if is_inside { f64::INFINITY } else { limit };
         q.closest_point(position, max_distance, nearest.hint(), workspace)
     }
 

@@ -126,6 +126,62 @@ fn a_body_deeper_inside_than_the_margin_is_near_with_all_of_its_vertices() {
     }
 }
 
+/// The vertex is on the face exactly; its computed foot is 2e-16 beside it.
+#[test]
+fn a_vertex_that_touches_a_face_is_within_any_margin() {
+    let triangle = |corners: [[f64; 3]; 3]| {
+        let positions = corners.map(DVec3::from_array).to_vec();
+        tree(Mesh { positions, faces: vec![[0, 1, 2]] })
+    };
+    let a = triangle([[1.0, 1.0, 1.0], [3.0, 2.0, 1.0], [1.0, 2.0, 3.0]]);
+    let b = triangle([[4.0, 0.0, 2.0], [2.0, 1.0, 0.0], [3.0, 3.0, 1.0]]);
+    for bodies in [[&a, &b], [&b, &a]] {
+        let mut pair = PairProximity::default();
+        for margin in [0.0, 1e-300, 1e-15, 0.1] {
+            pair.compute(bodies[0], bodies[1], margin).expect("few faces are near");
+            let near: Vec<_> = pair.sides().iter().flat_map(|side| side.near()).collect();
+            let touching = near.iter().filter(|near| near.vertex == 1 && near.gap < 1e-15);
+            assert_eq!(touching.count(), 1, "{near:?} within {margin}");
+            assert_eq!(pair.meeting_faces(), [[0, 0]], "within {margin}");
+            assert!(pair.has_contact() && !pair.overlaps(), "within {margin}");
+            let distance = pair.distance(bodies[0], bodies[1], margin).expect("they meet");
+            assert!(distance == 0.0, "{distance} within {margin}");
+        }
+    }
+}
+
+/// Heights of whole numbers over faces that are not aligned, whose computed distances may be rounded
+/// up.
+#[test]
+fn vertices_at_exactly_the_margin_are_near() {
+    let mut rounded_up = 0;
+    for k in 0..200_u32 {
+        // Normals (2, -2, 1) / 3: a vertex that many normals from the plane is that far.
+        let steps = [k % 7 + 1, k % 13 + 1, k % 11 + 1].map(f64::from);
+        let (u, v) = (DVec3::new(1.0, 1.0, 0.0), DVec3::new(1.0, 0.0, -2.0));
+        let origin = DVec3::new(steps[2], steps[0], -steps[1]);
+        let corners =
+            [origin, origin + (7.0 * u + v) * steps[0], origin + (13.0 * v + u) * steps[1]];
+        let b = tree(Mesh { positions: corners.to_vec(), faces: vec![[0, 1, 2]] });
+        let margin = 3.0 * f64::from(k % 4 + 1);
+        let vertex =
+            origin + steps[0] * u + steps[1] * v + margin / 3.0 * DVec3::new(2.0, -2.0, 1.0);
+        let up = DVec3::new(20.0, -20.0, 10.0);
+        let positions = vec![vertex, vertex + up, vertex + up + u];
+        let a = tree(Mesh { positions, faces: vec![[0, 1, 2]] });
+
+        let mut pair = PairProximity::default();
+        pair.compute(&a, &b, margin).expect("few faces are near");
+        let near = pair.sides()[0].near().to_vec();
+        let [near] = near[..] else { panic!("{near:?} at {k}") };
+        assert!(near.vertex == 0 && (near.gap - margin).abs() < 1e-13, "{near:?} at {k}");
+        let distance = pair.distance(&a, &b, margin).expect("within the margin");
+        assert!((distance - margin).abs() < 1e-13, "{distance} for {margin}");
+        rounded_up += usize::from(near.gap > margin);
+    }
+    assert!(rounded_up >= 5, "{rounded_up} of 200");
+}
+
 /// Of a cube that stands on another, the vertices on its face are at a distance of 0: within any
 /// margin, and inside of nothing.
 #[test]
