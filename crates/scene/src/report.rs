@@ -25,7 +25,8 @@ pub struct PairReport {
     /// inside; `None` where no vertex is inside or within the margin.
     pub min_gap: Option<f64>,
     /// Distance between the surfaces, their edges and faces included: 0 where
-    /// they cross or touch, `None` where they are farther apart than the margin.
+    /// they cross or touch, `None` where they are farther apart than the margin. It may exceed the
+    /// margin by no more than rounding, as gaps may.
     pub distance: Option<f64>,
     /// Pairs of faces (of `a`, of `b`) that properly cross, ascending.
     pub crossing_faces: Vec<[u32; 2]>,
