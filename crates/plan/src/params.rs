@@ -19,9 +19,9 @@ pub struct PlanParams {
     /// `>= 0`.
     ///
     /// Pairs that may come within the margin by such displacements are planned. Any other pair is
-    /// detected by the surfaces of both bodies once it comes near, without error and at a higher
-    /// cost. With infinity, every pair is planned: their number grows with the square of the
-    /// bodies.
+    /// detected by the surfaces of both bodies once it comes near, its depth within the tolerance,
+    /// at a higher cost. With infinity, every pair is planned: their number grows with the square of
+    /// the bodies.
     pub max_displacement: f64,
     /// Number of frames that the plan will serve, `>= 1`. A structure is built where it saves more
     /// than it costs over so many frames; for one frame hardly anything is.
