@@ -31,7 +31,7 @@ pub(crate) struct Sums {
     /// Area vector of A inside B.
     pub(crate) normal: DVec3,
     pub(crate) volume: f64,
-    /// Bound on the rounding of the volume.
+    /// Bound on the rounding of the volume, where there are ties.
     pub(crate) rounding: f64,
     /// First moment of the volume about the region's origin.
     pub(crate) moment: DVec3,
@@ -42,6 +42,8 @@ pub(crate) struct Sums {
     pub(crate) arcs: usize,
     /// True if some stretch of the curve is there by the infinitesimal move only.
     pub(crate) has_ties: bool,
+    /// True if some stretch of any region is, so that the rounding is bounded.
+    bounds_rounding: bool,
     /// Area in which faces of opposite normals coincide.
     pub(crate) touching: f64,
     /// Area in which faces of equal normals coincide.
@@ -74,7 +76,12 @@ pub(crate) struct Parts<'a> {
 /// Sums up every region, one entry per region, and one more for faces that coincide where the
 /// infinitesimal move leaves no region.
 pub(crate) fn sum_regions(parts: Parts<'_>, out: &mut Vec<Sums>) {
-    let empty = Sums { lower: DVec3::INFINITY, upper: DVec3::NEG_INFINITY, ..Sums::default() };
+    let empty = Sums {
+        lower: DVec3::INFINITY,
+        upper: DVec3::NEG_INFINITY,
+        bounds_rounding: parts.curve.stretches.iter().any(|stretch| stretch.is_tie),
+        ..Sums::default()
+    };
     out.clear();
     out.resize(parts.regions.origins.len() + 1, empty);
 
@@ -141,8 +148,11 @@ fn add_whole_faces(parts: Parts<'_>, side: usize, out: &mut [Sums]) {
         for found in vertices {
             sums.cover(body.position(found.vertex));
         }
-        let faces = WholeFaces::of(body, faces, inside, regions.origins[region]);
-        sums.add_faces(side, &faces);
+        let origin = regions.origins[region];
+        sums.add_faces(side, &WholeFaces::of(body, faces, inside, origin));
+        if sums.bounds_rounding {
+            sums.rounding += whole_faces_rounding(body, faces, origin);
+        }
     }
 }
 
@@ -247,8 +257,6 @@ struct WholeFaces {
     doubled_area: f64,
     doubled_normal: DVec3,
     sixfold_volume: f64,
-    /// Bound on its rounding.
-    rounding: f64,
     /// First moment of the volume, 24 times.
     moment: DVec3,
 }
@@ -266,8 +274,6 @@ impl WholeFaces {
             sums.doubled_area += winding * normal.length();
             sums.doubled_normal += winding * normal;
             sums.sixfold_volume += volume;
-            let edges_squared = u.length_squared() + v.length_squared();
-            sums.rounding += 4.0 * f64::EPSILON * edges_squared * p.abs().element_sum();
             sums.moment += volume * (3.0 * p + u + v);
         }
         sums
@@ -293,7 +299,9 @@ impl Sums {
 
         self.areas[plane.side] += w;
         self.volume += height * w / 3.0;
-        self.rounding += piece_rounding([from, to, plane.origin], [p, q]);
+        if self.bounds_rounding {
+            self.rounding += piece_rounding([from, to, plane.origin], [p, q]);
+        }
         self.moment += height / 4.0 * (w / 3.0 * (p + q) + w * plane.origin);
         if plane.side == 0 {
             self.normal += w * plane.normal;
@@ -304,7 +312,6 @@ impl Sums {
     fn add_faces(&mut self, side: usize, faces: &WholeFaces) {
         self.areas[side] += faces.doubled_area / 2.0;
         self.volume += faces.sixfold_volume / 6.0;
-        self.rounding += faces.rounding / 6.0;
         self.moment += faces.moment / 24.0;
         if side == 0 {
             self.normal += faces.doubled_normal / 2.0;
@@ -328,6 +335,7 @@ impl Sums {
             loops: self.loops + other.loops,
             arcs: self.arcs + other.arcs,
             has_ties: self.has_ties | other.has_ties,
+            bounds_rounding: self.bounds_rounding | other.bounds_rounding,
             touching: self.touching + other.touching,
             flush: self.flush + other.flush,
             vertices: [self.vertices[0] + other.vertices[0], self.vertices[1] + other.vertices[1]],
@@ -374,4 +382,15 @@ fn piece_rounding(points: [DVec3; 3], [p, q]: [DVec3; 2]) -> f64 {
     let [a, b, c] = points.map(DVec3::length_squared);
     let around = p.abs().element_sum() + q.abs().element_sum();
     4.0 * f64::EPSILON * a.max(b).max(c) * around
+}
+
+/// Bounds the rounding of the shares of whole faces in a volume.
+fn whole_faces_rounding(body: &SurfaceTree, faces: &[u32], origin: DVec3) -> f64 {
+    let mut rounding = 0.0;
+    for &face in faces {
+        let [a, b, c] = body.corners(face);
+        let edges_squared = a.distance_squared(b) + a.distance_squared(c);
+        rounding += f64::EPSILON * edges_squared * (a - origin).abs().element_sum();
+    }
+    rounding
 }

@@ -325,7 +325,7 @@ impl OverlapDetector {
     }
 
     /// Returns a bound on the rounding of the whole volume, for the bodies measured last: bodies with a volume
-    /// beyond it share more than a touch.
+    /// beyond it share more than a touch. It is 0 where nothing touches, but all that meets crosses.
     #[must_use]
     pub const fn volume_rounding(&self) -> f64 {
         self.volume_rounding
