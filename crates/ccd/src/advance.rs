@@ -11,7 +11,7 @@
 //! 1996, section 2.3.2 (conservative advancement). Differs in that directions turn, and in the
 //! step, which is the closed form for linear motion along one, rounded down and certified.
 
-use crate::closest::{ClosestToOrigin, WeightedClosest};
+use crate::closest::ClosestToOrigin;
 use crate::polygon::{MovingPolygon, TurningDirection};
 use crate::scalar::{fast_max, fast_min};
 use crate::search::{ContactSearch, OPEN_SLACK};
@@ -33,7 +33,7 @@ where
     PolygonShape<N>: Corners<N>,
 {
     /// Finds the first time in `lo..=hi` at which contact cannot be excluded, or at which all
-    /// directions are used up; `None` if it is excluded up to `hi`.
+    /// directions are used up, and the closest point then; `None` if contact is excluded up to `hi`.
     ///
     /// `is_certain` states that there is a contact.
     pub(crate) fn advance(
@@ -42,7 +42,7 @@ where
         lo: f64,
         hi: f64,
         is_certain: bool,
-    ) -> Option<f64> {
+    ) -> Option<(f64, ClosestToOrigin<N>)> {
         let slack = if is_certain { self.certain_slack } else { OPEN_SLACK };
         let near = self.separation * (1.0 + slack);
         let (mut t, mut piece) = (lo, hi - lo);
@@ -50,26 +50,28 @@ where
         let mut is_weighted = false;
         for _ in 0..self.max_directions() {
             if piece < MIN_STEP {
-                return Some(t);
+                break;
             }
 
             // Certify the direction to the closest point up to where it is expected to be near.
-            let expected = self.time_until_near(polygon, &from);
-            let until = fast_min(hi, t + fast_min(piece, fast_max(expected, MIN_STEP)));
-            let to = hint(polygon, until, is_weighted);
-            let direction = TurningDirection { start: from.point, end: to.point };
-            let is_apart = from.point.length_squared() > near * near;
-            let clear = is_apart
-                .then(|| polygon.clear_until(direction, t, until, self.separation))
-                .flatten();
+            let certified = if from.point.length_squared() > near * near {
+                let expected = self.time_until_near(polygon, &from);
+                let until = fast_min(hi, t + fast_min(piece, fast_max(expected, MIN_STEP)));
+                let to = hint(polygon, until, is_weighted);
+                let direction = TurningDirection { start: from.point, end: to.point };
+                let clear = polygon.clear_until(direction, t, until, self.separation);
+                clear.map(|clear| (clear, until, to))
+            } else {
+                None
+            };
 
             // A point that is near, or whose direction does not hold, may be one of noise.
-            let Some(clear) = clear else {
-                let weighted = hint(polygon, t, true);
-                if is_weighted || weighted.point == from.point {
-                    return Some(t);
+            let Some((clear, until, to)) = certified else {
+                let weighted = polygon.weighted(from, t);
+                if is_weighted || weighted.hint == from.point {
+                    return Some((t, weighted.closest));
                 }
-                (from, is_weighted) = (weighted, true);
+                (from, is_weighted) = (weighted.into_hint(), true);
                 continue;
             };
             if clear >= hi {
@@ -82,7 +84,7 @@ where
             from = if clear < until { hint(polygon, clear, is_weighted) } else { to };
             t = clear;
         }
-        Some(t)
+        Some((t, polygon.weighted(from, t).closest))
     }
 
     fn max_directions(&self) -> u32 {
@@ -111,9 +113,5 @@ fn hint<const N: usize>(
 where
     PolygonShape<N>: Corners<N>,
 {
-    if is_weighted {
-        let WeightedClosest { closest, hint, .. } = polygon.weighted_closest(t);
-        return ClosestToOrigin { point: hint, ..closest };
-    }
-    polygon.closest(t)
+    if is_weighted { polygon.weighted_closest(t).into_hint() } else { polygon.closest(t) }
 }

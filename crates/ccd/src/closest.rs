@@ -23,9 +23,9 @@ pub(crate) struct WeightedClosest<const N: usize> {
     pub(crate) closest: ClosestToOrigin<N>,
     /// The closest point or, where that differs from the weighted corners, these.
     pub(crate) hint: DVec3,
-    /// Length of the weighted corners. Up to [`Outline::rounding`](crate::outline::Outline), the
-    /// polygon has a point at this distance from the origin, whatever the weights are worth.
-    pub(crate) length: f64,
+    /// Squared length of the weighted corners. Up to [`Outline::rounding`](crate::outline::Outline),
+    /// the polygon has a point at that distance from the origin, whatever the weights are worth.
+    pub(crate) length_squared: f64,
 }
 
 impl<const N: usize> MovingPolygon<'_, N>
@@ -57,26 +57,50 @@ where
 
     /// Finds the point closest to the origin at time `t`, and the point of the polygon that its
     /// weights make.
+    #[inline]
+    pub(crate) fn weighted_closest(&self, t: f64) -> WeightedClosest<N> {
+        self.weighted(self.closest(t), t)
+    }
+
+    /// Finds the point of the polygon that the weights of the closest one at time `t` make.
     ///
     /// The area vector of a polygon whose corners are nearly in line may be rounding alone. A point
     /// along it may be far from the polygon, and its weights those of any other point. Where the two
     /// differ, the closest point of the edges is taken if that is nearer.
-    pub(crate) fn weighted_closest(&self, t: f64) -> WeightedClosest<N> {
-        let closest = self.closest(t);
+    #[inline]
+    pub(crate) fn weighted(&self, closest: ClosestToOrigin<N>, t: f64) -> WeightedClosest<N> {
         let corners = self.corners(t);
         let mean = weighted(&corners, closest.weights);
-        let (length, difference) = (mean.length(), mean.distance(closest.point));
-        if difference <= SAME_POINT * length + self.outline.rounding() {
-            return WeightedClosest { hint: closest.point, closest, length };
+        let length_squared = mean.length_squared();
+        let same = SAME_POINT * SAME_POINT * length_squared + self.outline.rounding().powi(2);
+        if mean.distance_squared(closest.point) <= same {
+            return WeightedClosest { hint: closest.point, closest, length_squared };
         }
+        on_edges_if_nearer(&corners, closest, mean)
+    }
+}
 
-        let on_edges = closest_on_edges(&corners);
-        let length_on_edges = weighted(&corners, on_edges.weights).length();
-        if length_on_edges < length {
-            let hint = on_edges.point;
-            return WeightedClosest { closest: on_edges, hint, length: length_on_edges };
-        }
-        WeightedClosest { closest, hint: mean, length }
+/// Returns the closest point of the edges if it is nearer than the weighted corners, else these.
+#[cold]
+fn on_edges_if_nearer<const N: usize>(
+    corners: &[DVec3; N],
+    closest: ClosestToOrigin<N>,
+    mean: DVec3,
+) -> WeightedClosest<N> {
+    let on_edges = closest_on_edges(corners);
+    let squared_on_edges = weighted(corners, on_edges.weights).length_squared();
+    if squared_on_edges < mean.length_squared() {
+        let (hint, length_squared) = (on_edges.point, squared_on_edges);
+        return WeightedClosest { closest: on_edges, hint, length_squared };
+    }
+    WeightedClosest { closest, hint: mean, length_squared: mean.length_squared() }
+}
+
+impl<const N: usize> WeightedClosest<N> {
+    /// Returns the point whose direction is to be certified.
+    #[inline]
+    pub(crate) fn into_hint(self) -> ClosestToOrigin<N> {
+        ClosestToOrigin { point: self.hint, ..self.closest }
     }
 }
 

@@ -7,6 +7,7 @@
 
 use glam::DVec3;
 
+use crate::closest::ClosestToOrigin;
 use crate::contact::{CcdContact, CcdParams, Certainty, Undecided};
 use crate::coplanarity::Coplanarity;
 use crate::cubic::{BernsteinCubic, RootInterval, RootKind};
@@ -207,7 +208,7 @@ where
         let later = if is_long { self.advance(&self.polygon(), lo, hi, true) } else { None };
         let weights = PolygonShape::<N>::corner_weights(position.edge_functions);
         CcdContact {
-            lo: later.unwrap_or(lo),
+            lo: later.map_or(lo, |(later, _)| later),
             hi,
             certainty: Certainty::Certain,
             at_start: false,
@@ -226,42 +227,47 @@ where
         // One direction decides a short interval, if it is not at the start of the step.
         if hi - lo < SHORT && self.separation == 0.0 {
             let middle = interval.middle();
-            let hints = [polygon.closest(middle).point, polygon.weighted_closest(middle).hint];
-            if hints.iter().any(|&m| polygon.direction_separates(m, lo, hi, self.separation)) {
+            let separates = |m| polygon.direction_separates(m, lo, hi, self.separation);
+            let closest = polygon.closest(middle);
+            if separates(closest.point) || separates(polygon.weighted(closest, middle).hint) {
                 return None;
             }
             if lo > 0.0 {
-                return self.undecided(*interval);
+                let nearest = polygon.weighted_closest(lo).closest;
+                return self.undecided(*interval, &nearest);
             }
         }
 
         // Else advance to the first time at which no direction separates.
-        let lo = self.advance(&polygon, lo, hi, within.is_some())?;
+        let (lo, nearest) = self.advance(&polygon, lo, hi, within.is_some())?;
         match within {
-            Some(hi) => {
-                Some(self.contact(&RootInterval { lo, hi, ..*interval }, Certainty::Certain))
-            }
-            None => self.undecided(RootInterval { lo, ..*interval }),
+            Some(hi) => Some(self.contact([lo, hi], &nearest, Certainty::Certain)),
+            None => self.undecided(RootInterval { lo, ..*interval }, &nearest),
         }
     }
 
     /// Applies the policy for undecided contacts to an interval at whose start no direction holds.
-    fn undecided(&self, interval: RootInterval) -> Option<CcdContact> {
+    fn undecided(
+        &self,
+        interval: RootInterval,
+        nearest: &ClosestToOrigin<N>,
+    ) -> Option<CcdContact> {
         #[cfg(feature = "exact")]
         if self.is_decided_exactly() {
             return self.decided(interval);
         }
-        Some(self.contact(&interval, Certainty::Possible))
+        Some(self.contact([interval.lo, interval.hi], nearest, Certainty::Possible))
     }
 
     /// Returns the contact that exact arithmetic finds in an interval, with the weights at its time.
     #[cfg(feature = "exact")]
     fn decided(&self, interval: RootInterval) -> Option<CcdContact> {
-        let [x0, x1] = self.points;
+        let ([x0, x1], polygon) = (self.points, self.polygon());
         let time = crate::exact::decide::<N>(x0, x1, [interval.lo, interval.hi])?;
         let (lo, hi) = time.rounded();
-        let contact = self.contact(&RootInterval { lo, hi, ..interval }, Certainty::Certain);
-        let normal = self.normal_before(lo, interval.lo);
+        let nearest = polygon.weighted_closest(lo).closest;
+        let contact = self.contact([lo, hi], &nearest, Certainty::Certain);
+        let normal = self.normal_before(&polygon, lo, interval.lo);
         Some(CcdContact { at_start: time.is_start(), normal, ..contact })
     }
 
@@ -270,14 +276,13 @@ where
     ///
     /// At the contact itself the closest point is the origin, which has no direction.
     #[cfg(feature = "exact")]
-    fn normal_before(&self, contact: f64, earliest: f64) -> DVec3 {
+    fn normal_before(&self, polygon: &MovingPolygon<'_, N>, contact: f64, earliest: f64) -> DVec3 {
         /// Distance in units of rounding from which on a direction is known to 2e-4.
         const WELL_APART: f64 = 4096.0;
 
         /// Number of times: each is four times as long before the contact as the one after it.
         const TIMES: i32 = 16;
 
-        let polygon = self.polygon();
         let far = WELL_APART * self.outline.rounding();
         for power in (1..TIMES).rev() {
             let t = contact - (contact - earliest) * 0.25_f64.powi(power);
@@ -294,10 +299,13 @@ where
         self.params.undecided != Undecided::Report && self.separation == 0.0
     }
 
-    /// Returns the contact to report where no crossing is certain.
-    fn contact(&self, interval: &RootInterval, certainty: Certainty) -> CcdContact {
-        let (lo, hi) = (interval.lo, interval.hi);
-        let nearest = self.polygon().weighted_closest(lo).closest;
+    /// Returns the contact to report where no crossing is certain, by the closest point at `lo`.
+    fn contact(
+        &self,
+        [lo, hi]: [f64; 2],
+        nearest: &ClosestToOrigin<N>,
+        certainty: Certainty,
+    ) -> CcdContact {
         CcdContact {
             lo,
             hi,
@@ -320,7 +328,10 @@ where
         }
         // The weighted corners are a point of the polygon, whatever their weights are worth.
         let close = self.separation * (1.0 - 8.0 * UNIT) - self.outline.rounding();
-        let is_close = |t: &f64| polygon.weighted_closest(*t).length < close;
+        if close <= 0.0 {
+            return None;
+        }
+        let is_close = |t: &f64| polygon.weighted_closest(*t).length_squared < close * close;
         [interval.middle(), interval.lo].into_iter().find(is_close)
     }
 
