@@ -1,8 +1,10 @@
 //! Grid of points that are inside or outside a volume.
 
+use std::ops::Range;
+
 use glam::DVec3;
-use surface::Aabb;
 use surface::progress::{Interrupted, Progress, ProgressSteps};
+use surface::{Aabb, UnionFind};
 
 use crate::medial_surface::bounds_of;
 use crate::{FootRule, MedialError, MedialSurface};
@@ -58,9 +60,6 @@ impl<'a> Counter<'a> {
         self.steps.advance(done)
     }
 }
-
-/// Neighbors along the axes.
-const AXES: [[isize; 3]; 6] = [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]];
 
 impl Grid {
     pub(super) fn around(bounds: Aabb, spacing: f64) -> Result<Self, MedialError> {
@@ -127,7 +126,7 @@ impl Grid {
 
     /// Counts the parts of the inside, joined along the axes.
     pub(super) fn component_count(&self, progress: Progress<'_>) -> Result<usize, Interrupted> {
-        self.count_parts(true, &AXES, progress)
+        self.count_parts(true, Neighbors::AlongAxes, progress)
     }
 
     /// Counts the parts of the outside, joined across corners as well, which keeps the Euler
@@ -136,7 +135,7 @@ impl Grid {
         &self,
         progress: Progress<'_>,
     ) -> Result<usize, Interrupted> {
-        self.count_parts(false, &all_neighbors(), progress)
+        self.count_parts(false, Neighbors::AcrossCorners, progress)
     }
 
     /// Computes points − edges + squares − cubes of the inside.
@@ -161,60 +160,45 @@ impl Grid {
         Ok(euler)
     }
 
-    /// Counts the connected sets of points that are inside, or that are not, by flood fill.
+    /// Counts the connected sets of points that are inside, or that are not, by the runs of their rows.
     fn count_parts(
         &self,
         inside: bool,
-        steps: &[[isize; 3]],
+        neighbors: Neighbors,
         progress: Progress<'_>,
     ) -> Result<usize, Interrupted> {
-        // Every point may be a start. Those of the kind are reached once, each with its neighbors.
-        let reached = self.is_inside.iter().filter(|&&is_inside| is_inside == inside).count();
-        let mut counter = Counter::new(
-            progress,
-            reached.saturating_mul(steps.len()).saturating_add(self.is_inside.len()),
-        );
-        let mut is_visited = vec![false; self.is_inside.len()];
-        let mut parts = 0;
-        let mut stack = Vec::new();
-        for start in self.points() {
-            counter.add(1)?;
-            let place = self.place(start);
-            if is_visited[place] || self.is_inside[place] != inside {
-                continue;
-            }
-            parts += 1;
-            is_visited[place] = true;
-            stack.push(start);
+        let [nx, ny, nz] = self.size;
+        let (mut runs, mut starts) = (Vec::new(), vec![0]);
+        for row in self.is_inside.chunks(nx) {
+            add_runs(row, inside, &mut runs);
+            starts.push(runs.len());
+        }
 
-            // All points of the part.
-            while let Some(from) = stack.pop() {
-                counter.add(steps.len())?;
-                for next in steps.iter().filter_map(|step| self.neighbor(from, *step)) {
-                    let place = self.place(next);
-                    if !is_visited[place] && self.is_inside[place] == inside {
-                        is_visited[place] = true;
-                        stack.push(next);
+        // Each row with those before it that touch it.
+        let runs_of = |row: usize| (starts[row], &runs[starts[row]..starts[row + 1]]);
+        let (mut sets, steps) = (UnionFind::new(runs.len()), progress.steps(nz));
+        for k in 0..nz {
+            for j in 0..ny {
+                for &[dj, dk] in neighbors.rows_before() {
+                    let at = (j.checked_add_signed(dj), k.checked_add_signed(dk));
+                    if let (Some(other_j), Some(other_k)) = at
+                        && other_j < ny
+                    {
+                        let rows = [runs_of(k * ny + j), runs_of(other_k * ny + other_j)];
+                        join_runs(rows, neighbors.reach(), &mut sets);
                     }
                 }
             }
+            steps.advance(1)?;
         }
-        Ok(parts)
+
+        let is_first = |&run: &u32| sets.find(run) == run;
+        Ok((0_u32..).take(runs.len()).filter(is_first).count())
     }
 
     /// Returns the place of a point in the list.
     fn place(&self, [i, j, k]: [usize; 3]) -> usize {
         (k * self.size[1] + j) * self.size[0] + i
-    }
-
-    /// Returns the point a step away; `None` outside the grid.
-    fn neighbor(&self, from: [usize; 3], step: [isize; 3]) -> Option<[usize; 3]> {
-        let mut to = from;
-        for axis in 0..3 {
-            let moved = from[axis].checked_add_signed(step[axis]);
-            to[axis] = moved.filter(|&n| n < self.size[axis])?;
-        }
-        Some(to)
     }
 
     /// Returns all points, in the order of their places.
@@ -224,18 +208,57 @@ impl Grid {
     }
 }
 
-/// Returns the steps to all 26 neighbors.
-fn all_neighbors() -> Vec<[isize; 3]> {
-    let mut steps = Vec::new();
-    for i in -1..=1 {
-        for j in -1..=1 {
-            for k in -1..=1 {
-                steps.push([i, j, k]);
-            }
+/// Points that are joined.
+#[derive(Clone, Copy)]
+enum Neighbors {
+    /// The six along the axes.
+    AlongAxes,
+    /// All 26.
+    AcrossCorners,
+}
+
+impl Neighbors {
+    /// Returns the steps in `j` and `k` to the rows that touch a row and come before it.
+    const fn rows_before(self) -> &'static [[isize; 2]] {
+        match self {
+            Self::AlongAxes => &[[-1, 0], [0, -1]],
+            Self::AcrossCorners => &[[-1, 0], [-1, -1], [0, -1], [1, -1]],
         }
     }
-    steps.retain(|step| *step != [0; 3]);
-    steps
+
+    /// Returns the number of points by which runs that touch may miss each other.
+    const fn reach(self) -> usize {
+        match self {
+            Self::AlongAxes => 0,
+            Self::AcrossCorners => 1,
+        }
+    }
+}
+
+/// Adds the runs of a row that are inside, or that are not.
+fn add_runs(row: &[bool], inside: bool, runs: &mut Vec<Range<usize>>) {
+    let mut from = 0;
+    for run in row.chunk_by(|p, q| p == q) {
+        if run[0] == inside {
+            runs.push(from..from + run.len());
+        }
+        from += run.len();
+    }
+}
+
+/// Joins the runs of two rows that touch, each row with the number of its first run.
+fn join_runs(
+    [(first_a, a), (first_b, b)]: [(usize, &[Range<usize>]); 2],
+    reach: usize,
+    sets: &mut UnionFind,
+) {
+    let (mut p, mut q) = (0, 0);
+    while p < a.len() && q < b.len() {
+        if a[p].start < b[q].end + reach && b[q].start < a[p].end + reach {
+            sets.join(crate::index(first_a + p), crate::index(first_b + q));
+        }
+        if a[p].end < b[q].end { p += 1 } else { q += 1 }
+    }
 }
 
 fn count(flags: [bool; 3]) -> i64 {
@@ -249,4 +272,63 @@ fn count(flags: [bool; 3]) -> i64 {
 )]
 fn to_usize(count: f64) -> usize {
     count as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use fixtures::random::Random;
+
+    use super::*;
+
+    /// Counts parts by flood fill.
+    fn flooded_parts(grid: &Grid, inside: bool, is_joined: impl Fn([isize; 3]) -> bool) -> usize {
+        let mut is_left: Vec<bool> = grid.is_inside.iter().map(|is| *is == inside).collect();
+        let mut parts = 0;
+        for start in grid.points() {
+            if !std::mem::replace(&mut is_left[grid.place(start)], false) {
+                continue;
+            }
+            parts += 1;
+            let mut stack = vec![start];
+            while let Some(from) = stack.pop() {
+                for number in 0..27_isize {
+                    let step = [number % 3 - 1, number / 3 % 3 - 1, number / 9 - 1];
+                    let to = [0, 1, 2].map(|axis| from[axis].wrapping_add_signed(step[axis]));
+                    let is_in_grid = to.iter().zip(grid.size).all(|(to, size)| *to < size);
+                    if is_joined(step)
+                        && is_in_grid
+                        && std::mem::replace(&mut is_left[grid.place(to)], false)
+                    {
+                        stack.push(to);
+                    }
+                }
+            }
+        }
+        parts
+    }
+
+    #[test]
+    fn parts_by_runs_are_those_of_a_flood_fill() {
+        let mut random = Random(17);
+        for number in 0..300 {
+            let size = [(); 3].map(|()| 1 + random.below(6));
+            let share = random.unit();
+            let points = size.iter().product();
+            let is_inside = (0..points).map(|_| random.unit() < share).collect();
+            let grid = Grid { origin: DVec3::ZERO, spacing: 1.0, size, is_inside };
+            let along_axes = |step: [isize; 3]| step.map(isize::abs).iter().sum::<isize>() == 1;
+            assert_eq!(
+                grid.component_count(Progress::none()),
+                Ok(flooded_parts(&grid, true, along_axes)),
+                "{number}: {:?}",
+                grid.is_inside
+            );
+            assert_eq!(
+                grid.outside_component_count(Progress::none()),
+                Ok(flooded_parts(&grid, false, |_| true)),
+                "{number}: {:?}",
+                grid.is_inside
+            );
+        }
+    }
 }

@@ -16,13 +16,13 @@ use self::grid::Grid;
 use crate::{MedialError, MedialSurface};
 
 /// Share of the time after which grid points are marked.
-const FILLED: f64 = 0.12;
+const FILLED: f64 = 0.77;
 
 /// Share of the time after which parts of the inside are counted.
-const INSIDE_COUNTED: f64 = 0.15;
+const INSIDE_COUNTED: f64 = 0.79;
 
 /// Share of the time after which parts of the outside are counted.
-const OUTSIDE_COUNTED: f64 = 0.98;
+const OUTSIDE_COUNTED: f64 = 0.81;
 
 /// Topology of a volume, by its Betti numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
