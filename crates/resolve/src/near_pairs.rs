@@ -123,7 +123,7 @@ fn is_against(others: [DVec3; 3], normal: DVec3) -> bool {
     others.iter().all(|other| other.dot(normal) < 0.0)
 }
 
-/// Returns true if the middle of a face is on a face of another body that looks the other way: at edges, normals at
+/// Returns true if the middle of a face is on a face of another body that faces the other way: at edges, normals at
 /// its corners may be of others.
 fn lies_on(body: &Body, face: u32, other: &Body, distance: f64, workspace: &mut Workspace) -> bool {
     let (middle, _) = triangle::radius_about_center(body.corners(face));
