@@ -22,12 +22,11 @@
 
 use glam::DVec3;
 use kdop::Workspace;
-use proximity::{MaximumSearch, NearVertex, SurfaceTree};
+use proximity::{MaximumSearch, NearVertex, SurfaceTree, TriangleDivision};
 use surface::closest_on_triangle;
 use surface::progress::{Interrupted, Polls, Progress};
 use surface::triangle::radius_about_center;
 
-use crate::division::{Division, joined};
 use crate::patches::{Clipper, FaceClip, FaceStretch, face_normal};
 
 /// Width and effort of a certified depth.
@@ -358,11 +357,12 @@ impl<'a> Search<'a> {
             self.pieces.leave_out(bound);
             return Ok(());
         }
-        let division = Division::new(piece.corners, farthest, self.other.corners(near));
-        let of_added = division.added.map(|point| self.squared_distance_to(near, point));
-        let points = joined(piece.corners, division.added);
-        let squared = joined(of_corners, of_added);
-        for part in division.parts {
+        let division = TriangleDivision::at_edge(piece.corners, farthest, self.other.corners(near))
+            .unwrap_or_else(|| TriangleDivision::in_quarters(piece.corners));
+        let of_added = division.added().map(|point| self.squared_distance_to(near, point));
+        let squared = TriangleDivision::joined(of_corners, of_added);
+        let points = division.points(piece.corners);
+        for part in division.parts() {
             let by_face = max_of(squared, *part).sqrt() + self.rounding;
             let corners = part.map(|place| points[place]);
             self.add_near(by_face.min(bound), Piece { corners, near, ..*piece });

@@ -43,7 +43,6 @@ mod coplanar;
 mod curve;
 mod cut_edges;
 mod depth;
-mod division;
 mod error;
 mod foundation;
 mod inside;

@@ -35,7 +35,7 @@
 
 use glam::DVec3;
 use kdop::Workspace;
-use proximity::{MaximumSearch, NearVertex, PairProximity, SurfaceTree};
+use proximity::{MaximumSearch, NearVertex, PairProximity, SurfaceTree, TriangleDivision};
 use scene::DepthBracket;
 use surface::closest_on_triangle;
 use surface::triangle::{self, radius_about_center};
@@ -327,8 +327,8 @@ impl<'a> Search<'a> {
         self.pieces.add(bound, piece);
     }
 
-    /// Computes the distance of a triangle's center where it may be the deepest point, and splits
-    /// the triangle in two.
+    /// Computes the distance of a triangle's center where it may be the deepest point, and divides
+    /// the triangle.
     fn split(&mut self, mut bound: f64, mut piece: Piece) {
         self.splits += 1;
         if self.may_be_deepest(piece.near.distance) {
@@ -338,9 +338,25 @@ impl<'a> Search<'a> {
                 return;
             }
         }
-        for half in self.halves(&piece) {
-            self.add(bound, half);
+        let division = self.division(&piece);
+        let of_added = division.added().map(|x| self.squared_from(piece.side, piece.near.face, x));
+        let squared = TriangleDivision::joined(piece.squared, of_added);
+        let points = division.points(piece.corners);
+        for part in division.parts() {
+            let corners = part.map(|number| points[number]);
+            let squared = part.map(|number| squared[number]);
+            self.add(bound, Piece { corners, squared, ..piece });
         }
+    }
+
+    /// Divides a triangle at an edge of its near face, or in two. Parts keep that face, from which the points between
+    /// are yet to be measured.
+    fn division(&self, piece: &Piece) -> TriangleDivision {
+        let [a, b, c] = piece.squared;
+        let farthest = if a >= b && a >= c { 0 } else { 1 + usize::from(c > b) };
+        let face = self.bodies[1 - piece.side].corners(piece.near.face);
+        TriangleDivision::at_edge(piece.corners, farthest, face)
+            .unwrap_or_else(|| TriangleDivision::in_halves(piece.corners))
     }
 
     /// Computes the distance of a triangle's center, and returns the bound on the triangle.
@@ -401,29 +417,6 @@ impl<'a> Search<'a> {
         debug_assert!(self.is_measured(piece), "{piece:?}");
         let [a, b, c] = piece.squared;
         a.max(b).max(c).sqrt() + self.rounding
-    }
-
-    /// Splits a triangle in two at the middle of its longest edge. Both halves keep its near face,
-    /// from which the middle alone is yet to be measured.
-    fn halves(&self, piece: &Piece) -> [Piece; 2] {
-        let [a, b, c] = [0, 1, 2].map(|k| (piece.corners[k], piece.squared[k]));
-        let length = |p: (DVec3, f64), q: (DVec3, f64)| p.0.distance_squared(q.0);
-        let [ab, bc, ca] = [length(a, b), length(b, c), length(c, a)];
-        let [p, q, r] = if ab >= bc && ab >= ca {
-            [a, b, c]
-        } else if bc >= ca {
-            [b, c, a]
-        } else {
-            [c, a, b]
-        };
-
-        let middle = 0.5 * (p.0 + q.0);
-        let middle = (middle, self.squared_from(piece.side, piece.near.face, middle));
-        [[p, middle, r], [middle, q, r]].map(|half| Piece {
-            corners: half.map(|corner| corner.0),
-            squared: half.map(|corner| corner.1),
-            ..*piece
-        })
     }
 }
 

@@ -52,6 +52,7 @@ mod closest;
 mod contact;
 mod crossings;
 mod distance;
+mod division;
 mod error;
 mod face_boxes;
 mod face_groups;
@@ -73,6 +74,7 @@ pub use glam;
 
 pub use crate::closest::ClosestPoint;
 pub use crate::contact::{ContactSurface, ParticleNumbers, contact};
+pub use crate::division::TriangleDivision;
 pub use crate::error::{NoInside, PairError, ProximityError, SweptError};
 pub use crate::face_boxes::{FaceBox, FaceBoxes};
 pub use crate::maximum::MaximumSearch;

@@ -1,6 +1,6 @@
 //! Brackets on depths, against planted ones.
 
-use fixtures::shapes::{capsule, icosphere, plate};
+use fixtures::shapes::{capsule, icosphere, octasphere, plate};
 use glam::DVec3;
 
 use super::*;
@@ -78,4 +78,20 @@ fn a_bar_through_two_blocks_is_as_deep_as_their_middles() {
             assert!(is_searched && contains, "{width}: {bracket:?}");
         }
     }
+}
+
+/// Two divisions of a ball are equally deep in each other nearly everywhere, and by much less than their faces are
+/// long.
+#[test]
+fn surfaces_that_nearly_coincide_take_few_divisions() {
+    let a = tree(&icosphere(1.0, 3));
+    let b = tree(&octasphere(1.0, 4).rotated(DVec3::new(1.0, 2.0, 3.0), 0.4));
+    let mut found = PairProximity::default();
+    found.compute(&a, &b, 0.0).expect("few faces are near");
+    let mut operations = OperationCounts::default();
+    let compared = Compared { bodies: [&a, &b], deviations: [0.0; 2] };
+    let depth = SurfaceDepth::default().find(&found, compared, 5e-4, &mut operations);
+    let DepthBracket { lower, upper } = depth.bracket;
+    assert!(lower > 1e-3 && upper - lower <= 5e-4, "{depth:?}");
+    assert!(operations.split_pieces < 30_000.0, "{}", operations.split_pieces);
 }

@@ -4,14 +4,34 @@ use glam::DVec3;
 use surface::triangle::{self, radius_about_center};
 use surface::{TriangleFeature, closest_on_triangle};
 
-/// Parts of a triangle, which cover it.
+/// Parts of a triangle, which cover it, for a [search](crate::MaximumSearch) for its farthest point from a
+/// surface.
+///
+/// ```
+/// use proximity::TriangleDivision;
+/// use proximity::glam::DVec3;
+///
+/// // A triangle over two faces is cut where these meet.
+/// let face = [DVec3::ZERO, 2.0 * DVec3::X, 2.0 * DVec3::Y];
+/// let corners = [(0.3, 0.3), (0.9, 0.3), (0.6, -0.3)].map(|(x, y)| DVec3::new(x, y, 0.01));
+/// let division = TriangleDivision::at_edge(corners, 2, face).ok_or("the last corner is far beyond")?;
+/// let points = division.points(corners);
+/// for part in division.parts() {
+///     let heights = part.map(|number| points[number].y);
+///     assert!(heights.iter().all(|y| *y > -1e-15) || heights.iter().all(|y| *y < 1e-15));
+/// }
+/// # Ok::<(), &str>(())
+/// ```
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Division {
+pub struct TriangleDivision {
     /// Points on the edges of the triangle; those that no part has repeat another.
-    pub(crate) added: [DVec3; 3],
-    /// The parts, by the numbers of their corners: first those of the triangle, then the points that are added.
-    pub(crate) parts: &'static [[usize; 3]],
+    added: [DVec3; 3],
+    parts: &'static [[usize; 3]],
 }
+
+/// Parts of a triangle of which an edge is halved, by that edge.
+const HALVES: [[[usize; 3]; 2]; 3] =
+    [[[0, 3, 2], [3, 1, 2]], [[1, 3, 0], [3, 2, 0]], [[2, 3, 1], [3, 0, 1]]];
 
 /// Quarters of a triangle, between the middles of its edges.
 const QUARTERS: [[usize; 3]; 4] = [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]];
@@ -32,21 +52,34 @@ const MAX_CUT_RADIUS: f64 = 2.0;
 /// cut off; above, triangles are quartered more often.
 const MIN_BEYOND: f64 = 0.1;
 
-impl Division {
-    /// Divides a triangle whose center is near a face, from which `farthest` is the farthest corner.
-    ///
-    /// The distance from a face is nearly linear over it, and grows fast beyond its edges: there the triangle is
-    /// cut. It is quartered where it is not beyond.
-    pub(crate) fn new(corners: [DVec3; 3], farthest: usize, face: [DVec3; 3]) -> Self {
-        Self::at_edge(corners, farthest, face).unwrap_or_else(|| Self::in_quarters(corners))
-    }
-
-    fn in_quarters([a, b, c]: [DVec3; 3]) -> Self {
+impl TriangleDivision {
+    /// Divides a triangle in four of its shape.
+    #[must_use]
+    pub fn in_quarters([a, b, c]: [DVec3; 3]) -> Self {
         Self { added: [0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)], parts: &QUARTERS }
     }
 
-    /// Cuts a triangle at the edge of a face beyond which its farthest corner is.
-    fn at_edge(corners: [DVec3; 3], farthest: usize, face: [DVec3; 3]) -> Option<Self> {
+    /// Divides a triangle in two at the middle of its longest edge.
+    #[must_use]
+    pub fn in_halves([a, b, c]: [DVec3; 3]) -> Self {
+        let [ab, bc, ca] = [a.distance_squared(b), b.distance_squared(c), c.distance_squared(a)];
+        let (longest, middle) = if ab >= bc && ab >= ca {
+            (0, 0.5 * (a + b))
+        } else if bc >= ca {
+            (1, 0.5 * (b + c))
+        } else {
+            (2, 0.5 * (c + a))
+        };
+        Self { added: [middle; 3], parts: &HALVES[longest] }
+    }
+
+    /// Cuts a triangle at the edge of a face beyond which its farthest corner is; `None` where it is not far
+    /// beyond, or much larger than the face.
+    ///
+    /// The center of the triangle is near the face. The distance from a face is nearly linear over it, and grows
+    /// fast beyond its edges.
+    #[must_use]
+    pub fn at_edge(corners: [DVec3; 3], farthest: usize, face: [DVec3; 3]) -> Option<Self> {
         let (center, radius) = radius_about_center(corners);
         if radius > MAX_CUT_RADIUS * radius_about_center(face).1 {
             return None;
@@ -89,11 +122,30 @@ impl Division {
         let is_from_second = q.distance_squared(corners[next]) < p.distance_squared(corners[last]);
         Some(Self { added: [p, q, q], parts: &CUT_OFF[lone][usize::from(is_from_second)] })
     }
-}
 
-/// Returns what belongs to the corners of a triangle, then what belongs to the points that are added.
-pub(crate) fn joined<T>([a, b, c]: [T; 3], [d, e, f]: [T; 3]) -> [T; 6] {
-    [a, b, c, d, e, f]
+    /// Returns the parts, by the numbers of their corners among the [points](Self::points).
+    #[must_use]
+    pub const fn parts(&self) -> &'static [[usize; 3]] {
+        self.parts
+    }
+
+    /// Returns the points that are added to the corners; those that no part has repeat another.
+    #[must_use]
+    pub const fn added(&self) -> [DVec3; 3] {
+        self.added
+    }
+
+    /// Returns the corners of the triangle, then the points that are added.
+    #[must_use]
+    pub fn points(&self, corners: [DVec3; 3]) -> [DVec3; 6] {
+        Self::joined(corners, self.added)
+    }
+
+    /// Returns values of the corners of a triangle, then those of the points that are added.
+    #[must_use]
+    pub fn joined<T>([a, b, c]: [T; 3], [d, e, f]: [T; 3]) -> [T; 6] {
+        [a, b, c, d, e, f]
+    }
 }
 
 #[cfg(test)]
@@ -103,8 +155,8 @@ mod tests {
     use super::*;
 
     /// Returns the parts by their corners.
-    fn parts(corners: [DVec3; 3], division: Division) -> Vec<[DVec3; 3]> {
-        let points = joined(corners, division.added);
+    fn parts(corners: [DVec3; 3], division: TriangleDivision) -> Vec<[DVec3; 3]> {
+        let points = division.points(corners);
         division.parts.iter().map(|part| part.map(|place| points[place])).collect()
     }
 
@@ -113,24 +165,26 @@ mod tests {
     fn parts_cover_a_triangle_and_face_the_same_way() {
         let face = [DVec3::ZERO, DVec3::X, DVec3::Y];
         let mut random = Random(3);
-        let mut numbers_of_parts = [0; 5];
+        let mut cuts = 0;
         for number in 0..2000 {
             let mut point = || DVec3::new(random.unit(), random.unit(), 0.1 * random.unit());
             let corners = [0.0; 3].map(|_| 1.4 * point() - DVec3::new(0.4, 0.4, 0.0));
             let normal = triangle::normal(corners);
-            let division = Division::new(corners, number % 3, face);
-            let parts = parts(corners, division);
-            numbers_of_parts[parts.len()] += 1;
-
-            let mut sum = DVec3::ZERO;
-            for part in parts {
-                let of_part = triangle::normal(part);
-                assert!(of_part.dot(normal) >= -1e-15, "{part:?} of {corners:?}");
-                sum += of_part;
+            let cut = TriangleDivision::at_edge(corners, number % 3, face);
+            cuts += usize::from(cut.is_some());
+            let others =
+                [TriangleDivision::in_halves(corners), TriangleDivision::in_quarters(corners)];
+            for division in others.into_iter().chain(cut) {
+                let mut sum = DVec3::ZERO;
+                for part in parts(corners, division) {
+                    let of_part = triangle::normal(part);
+                    assert!(of_part.dot(normal) >= -1e-15, "{part:?} of {corners:?}");
+                    sum += of_part;
+                }
+                assert!(sum.distance(normal) < 1e-14, "{corners:?}");
             }
-            assert!(sum.distance(normal) < 1e-14, "{corners:?}");
         }
-        assert!(numbers_of_parts[3] > 200 && numbers_of_parts[4] > 200, "{numbers_of_parts:?}");
+        assert!(cuts > 200, "{cuts}");
     }
 
     #[test]
@@ -140,9 +194,8 @@ mod tests {
             let mut corners = [(0.3, 0.3), (0.9, 0.3), (0.6, -0.4)];
             corners.rotate_left(turns);
             let corners = corners.map(|(x, y)| DVec3::new(x, y, 0.01));
-            let parts = parts(corners, Division::new(corners, farthest, face));
-            assert_eq!(parts.len(), 3);
-            for part in parts {
+            let division = TriangleDivision::at_edge(corners, farthest, face);
+            for part in parts(corners, division.expect("it is far beyond")) {
                 let [over, beyond] =
                     [1.0, -1.0].map(|side| part.iter().all(|x| side * x.y > -1e-15));
                 assert!(over || beyond, "{part:?}");
@@ -151,14 +204,14 @@ mod tests {
     }
 
     #[test]
-    fn triangles_over_a_face_and_large_ones_are_quartered() {
+    fn triangles_over_a_face_and_large_ones_are_not_cut() {
         let face = [DVec3::ZERO, DVec3::X, DVec3::Y];
         let over = [(0.1, 0.1), (0.4, 0.1), (0.1, 0.4)].map(|(x, y)| DVec3::new(x, y, 0.2));
         let large = [(0.3, 9.0), (-8.0, -4.0), (8.7, -4.0)].map(|(x, y)| DVec3::new(x, y, 0.2));
         // So high above the face that it matters little what is beyond.
         let high = [(0.3, 0.3), (0.5, 0.3), (0.4, -0.1)].map(|(x, y)| DVec3::new(x, y, 3.0));
         for corners in [over, large, high] {
-            assert_eq!(Division::new(corners, 2, face).parts.len(), 4, "{corners:?}");
+            assert!(TriangleDivision::at_edge(corners, 2, face).is_none(), "{corners:?}");
         }
     }
 }
