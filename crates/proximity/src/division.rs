@@ -44,12 +44,12 @@ const CUT_OFF: [[[[usize; 3]; 3]; 2]; 3] = [
     [[[2, 3, 4], [3, 0, 1], [3, 1, 4]], [[2, 3, 4], [3, 0, 4], [4, 0, 1]]],
 ];
 
-/// Radius of the largest triangle that is cut \[radii of the face\]. Below, triangles are quartered more often;
+/// Radius of the largest triangle that is cut \[radii of the face\]. Below, triangles are divided evenly more often;
 /// above, what is left of large ones is long and thin.
 const MAX_CUT_RADIUS: f64 = 2.0;
 
 /// Share of the squared distance of a corner that it is beyond the face, to be cut. Below, parts without area are
-/// cut off; above, triangles are quartered more often.
+/// cut off; above, triangles are divided evenly more often.
 const MIN_BEYOND: f64 = 0.1;
 
 impl TriangleDivision {
@@ -78,6 +78,10 @@ impl TriangleDivision {
     ///
     /// The center of the triangle is near the face. The distance from a face is nearly linear over it, and grows
     /// fast beyond its edges.
+    ///
+    /// # Panics
+    ///
+    /// When `farthest` is not below 3.
     #[must_use]
     pub fn at_edge(corners: [DVec3; 3], farthest: usize, face: [DVec3; 3]) -> Option<Self> {
         let (center, radius) = radius_about_center(corners);
