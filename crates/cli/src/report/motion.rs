@@ -77,6 +77,9 @@ struct DepthRecord {
     /// Depth that rounding alone makes.
     #[serde(skip)]
     rounding: f64,
+    /// True if it is that of the surfaces, of vertices otherwise.
+    #[serde(skip)]
+    is_of_surfaces: bool,
 }
 
 /// Two bodies that met during a step.
@@ -166,7 +169,7 @@ impl MotionDocument {
         // Where nothing has an inside there is no depth to name.
         let deepest = match deepest {
             None => String::new(),
-            Some(frame) if frame.depth() > 0.0 => format!(
+            Some(frame) if frame.depth() > 0.0 || frame.has_depth_of_surfaces() => format!(
                 ", the deepest {} {} in frame {}",
                 frame.deepest.as_ref().map_or_else(dash, |deepest| deepest.text(self.unit)),
                 self.unit.symbol(),
@@ -238,6 +241,11 @@ impl FrameRecord {
     /// Returns the depth of the deepest overlap, 0 without one.
     pub(crate) fn depth(&self) -> f64 {
         self.deepest.as_ref().map_or(0.0, |deepest| deepest.depth)
+    }
+
+    /// Returns true if the deepest overlap has a depth, be it 0.
+    fn has_depth_of_surfaces(&self) -> bool {
+        self.deepest.as_ref().is_some_and(|deepest| deepest.is_of_surfaces)
     }
 
     fn contacts(&self) -> usize {
@@ -350,13 +358,15 @@ fn deepest(scene: &Scene, reports: &[PairReport]) -> Option<DepthRecord> {
     let report = deepest?;
     let [a, b] = scene.names(report.pair).map(str::to_owned);
     let rounding = rounding(report.pair, scene);
-    Some(DepthRecord { a, b, depth: depth_of(report), rounding })
+    let is_of_surfaces = report.max_depth().is_some();
+    Some(DepthRecord { a, b, depth: depth_of(report), rounding, is_of_surfaces })
 }
 
 impl DepthRecord {
     /// Writes the depth, 0 where it is that of rounding.
     fn text(&self, unit: Unit) -> String {
-        let is_rounding = self.depth > 0.0 && self.depth <= self.rounding;
+        let is_known = self.is_of_surfaces || self.depth > 0.0;
+        let is_rounding = is_known && self.depth <= self.rounding;
         if is_rounding { "0".to_owned() } else { depth(self.depth, unit) }
     }
 }
