@@ -76,8 +76,9 @@ struct Piece {
     corners: [DVec3; 3],
     /// The face that holds it.
     face: u32,
-    /// A face of the other surface near its center, and the distance from there.
+    /// A face of the other surface near its center.
     near: u32,
+    /// The distance of the center from that face.
     distance: f64,
 }
 
@@ -351,19 +352,20 @@ impl<'a> Search<'a> {
 
         // One face bounds the whole or a part by the greatest distance of its corners, which parts share.
         let of_corners = piece.corners.map(|corner| self.squared_distance_to(near, corner));
-        let farthest = place_of_largest(of_corners);
-        bound = bound.min(of_corners[farthest].sqrt() + self.rounding);
+        let farthest = max_of(&of_corners, [0, 1, 2]).sqrt();
+        bound = bound.min(farthest + self.rounding);
         if bound <= self.pieces.sufficient() {
             self.pieces.leave_out(bound);
             return Ok(());
         }
-        let division = TriangleDivision::at_edge(piece.corners, farthest, self.other.corners(near))
+        let face = self.other.corners(near);
+        let division = TriangleDivision::at_edge(piece.corners, of_corners, face)
             .unwrap_or_else(|| TriangleDivision::in_quarters(piece.corners));
         let of_added = division.added().map(|point| self.squared_distance_to(near, point));
         let squared = TriangleDivision::joined(of_corners, of_added);
         let points = division.points(piece.corners);
         for part in division.parts() {
-            let by_face = max_of(squared, *part).sqrt() + self.rounding;
+            let by_face = max_of(&squared, *part).sqrt() + self.rounding;
             let corners = part.map(|place| points[place]);
             self.add_near(by_face.min(bound), Piece { corners, near, ..*piece });
         }
@@ -439,20 +441,8 @@ impl<'a> Search<'a> {
     }
 }
 
-/// Returns the place of the largest value.
-fn place_of_largest(values: [f64; 3]) -> usize {
-    let [a, b, c] = values;
-    if a >= b && a >= c {
-        0
-    } else if b >= c {
-        1
-    } else {
-        2
-    }
-}
-
 /// Returns the largest of some values, at least 0.
-fn max_of(values: [f64; 6], places: [usize; 3]) -> f64 {
+fn max_of(values: &[f64], places: [usize; 3]) -> f64 {
     places.into_iter().map(|k| values[k]).fold(0.0, f64::max)
 }
 

@@ -352,10 +352,8 @@ impl<'a> Search<'a> {
     /// Divides a triangle at an edge of its near face, or in two. Parts keep that face, from which the points between
     /// are yet to be measured.
     fn division(&self, piece: &Piece) -> TriangleDivision {
-        let [a, b, c] = piece.squared;
-        let farthest = if a >= b && a >= c { 0 } else { 1 + usize::from(c > b) };
         let face = self.bodies[1 - piece.side].corners(piece.near.face);
-        TriangleDivision::at_edge(piece.corners, farthest, face)
+        TriangleDivision::at_edge(piece.corners, piece.squared, face)
             .unwrap_or_else(|| TriangleDivision::in_halves(piece.corners))
     }
 

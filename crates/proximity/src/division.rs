@@ -14,7 +14,8 @@ use surface::{TriangleFeature, closest_on_triangle};
 /// // A triangle over two faces is cut where these meet.
 /// let face = [DVec3::ZERO, 2.0 * DVec3::X, 2.0 * DVec3::Y];
 /// let corners = [(0.3, 0.3), (0.9, 0.3), (0.6, -0.3)].map(|(x, y)| DVec3::new(x, y, 0.01));
-/// let division = TriangleDivision::at_edge(corners, 2, face).ok_or("the last corner is far beyond")?;
+/// let squared = [1e-4, 1e-4, 0.0901];
+/// let division = TriangleDivision::at_edge(corners, squared, face).ok_or("a corner is far beyond")?;
 /// let points = division.points(corners);
 /// for part in division.parts() {
 ///     let heights = part.map(|number| points[number].y);
@@ -73,29 +74,26 @@ impl TriangleDivision {
         Self { added: [middle; 3], parts: &HALVES[longest] }
     }
 
-    /// Cuts a triangle at the edge of a face beyond which its farthest corner is; `None` where it is not far
-    /// beyond, or much larger than the face.
+    /// Cuts a triangle at the edge of a face beyond which its farthest corner is, by the squared distances of its
+    /// corners from the face; `None` where that corner is not far beyond, or the triangle much larger than the face.
     ///
     /// The center of the triangle is near the face. The distance from a face is nearly linear over it, and grows
     /// fast beyond its edges.
-    ///
-    /// # Panics
-    ///
-    /// When `farthest` is not below 3.
     #[must_use]
-    pub fn at_edge(corners: [DVec3; 3], farthest: usize, face: [DVec3; 3]) -> Option<Self> {
+    pub fn at_edge(corners: [DVec3; 3], squared: [f64; 3], face: [DVec3; 3]) -> Option<Self> {
         let (center, radius) = radius_about_center(corners);
         if radius > MAX_CUT_RADIUS * radius_about_center(face).1 {
             return None;
         }
-        let foot = closest_on_triangle(corners[farthest], face);
+
         // Beyond a corner of the face, the edge there that is farther.
         let normal = triangle::normal(face);
         let beyond = |edge: usize, point: DVec3| {
             let (from, to) = (face[edge], face[(edge + 1) % 3]);
             (point - from).dot((to - from).cross(normal).normalize_or_zero())
         };
-        let edge = match foot.feature {
+        let farthest = place_of_largest(squared);
+        let edge = match closest_on_triangle(corners[farthest], face).feature {
             TriangleFeature::Face => return None,
             TriangleFeature::Edge(edge) => edge,
             TriangleFeature::Corner(edge) => {
@@ -108,8 +106,7 @@ impl TriangleDivision {
         // Only where the center is over the face, and the corner far beyond.
         let heights = corners.map(|corner| beyond(edge, corner));
         let height = heights[farthest];
-        let distance_squared = corners[farthest].distance_squared(foot.point);
-        if beyond(edge, center) >= 0.0 || height * height.abs() <= MIN_BEYOND * distance_squared {
+        if beyond(edge, center) >= 0.0 || height * height.abs() <= MIN_BEYOND * squared[farthest] {
             return None;
         }
 
@@ -152,11 +149,22 @@ impl TriangleDivision {
     }
 }
 
+/// Returns the place of the largest of three values, of equal ones the first.
+fn place_of_largest([a, b, c]: [f64; 3]) -> usize {
+    if a >= b && a >= c { 0 } else { 1 + usize::from(c > b) }
+}
+
 #[cfg(test)]
 mod tests {
     use fixtures::random::Random;
 
     use super::*;
+
+    /// Cuts a triangle by the distances of its corners from a face.
+    fn cut(corners: [DVec3; 3], face: [DVec3; 3]) -> Option<TriangleDivision> {
+        let squared = corners.map(|x| closest_on_triangle(x, face).point.distance_squared(x));
+        TriangleDivision::at_edge(corners, squared, face)
+    }
 
     /// Returns the parts by their corners.
     fn parts(corners: [DVec3; 3], division: TriangleDivision) -> Vec<[DVec3; 3]> {
@@ -170,11 +178,11 @@ mod tests {
         let face = [DVec3::ZERO, DVec3::X, DVec3::Y];
         let mut random = Random(3);
         let mut cuts = 0;
-        for number in 0..2000 {
+        for _ in 0..2000 {
             let mut point = || DVec3::new(random.unit(), random.unit(), 0.1 * random.unit());
             let corners = [0.0; 3].map(|_| 1.4 * point() - DVec3::new(0.4, 0.4, 0.0));
             let normal = triangle::normal(corners);
-            let cut = TriangleDivision::at_edge(corners, number % 3, face);
+            let cut = cut(corners, face);
             cuts += usize::from(cut.is_some());
             let others =
                 [TriangleDivision::in_halves(corners), TriangleDivision::in_quarters(corners)];
@@ -194,11 +202,11 @@ mod tests {
     #[test]
     fn a_triangle_is_cut_at_the_edge_that_its_farthest_corner_is_beyond() {
         let face = [DVec3::ZERO, 2.0 * DVec3::X, 2.0 * DVec3::Y];
-        for (turns, farthest) in [(0, 2), (1, 1), (2, 0)] {
+        for turns in 0..3 {
             let mut corners = [(0.3, 0.3), (0.9, 0.3), (0.6, -0.4)];
             corners.rotate_left(turns);
             let corners = corners.map(|(x, y)| DVec3::new(x, y, 0.01));
-            let division = TriangleDivision::at_edge(corners, farthest, face);
+            let division = cut(corners, face);
             for part in parts(corners, division.expect("it is far beyond")) {
                 let [over, beyond] =
                     [1.0, -1.0].map(|side| part.iter().all(|x| side * x.y > -1e-15));
@@ -215,7 +223,7 @@ mod tests {
         // So high above the face that it matters little what is beyond.
         let high = [(0.3, 0.3), (0.5, 0.3), (0.4, -0.1)].map(|(x, y)| DVec3::new(x, y, 3.0));
         for corners in [over, large, high] {
-            assert!(TriangleDivision::at_edge(corners, 2, face).is_none(), "{corners:?}");
+            assert!(cut(corners, face).is_none(), "{corners:?}");
         }
     }
 }

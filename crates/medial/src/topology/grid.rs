@@ -12,7 +12,7 @@ use crate::{FootRule, MedialError, MedialSurface};
 /// Maximum number of grid points: a byte of memory each, and seconds of work.
 const MAX_POINTS: usize = 1 << 28;
 
-/// Points or neighbors between two reports of progress: less than a millisecond of work.
+/// Points between two reports of progress: less than a millisecond of work.
 const REPORT_INTERVAL: usize = 1 << 10;
 
 /// Grid points around a box, the outermost layer free.
@@ -38,7 +38,7 @@ impl PointBox {
     }
 }
 
-/// Counter of points and of their neighbors, which reports them in intervals.
+/// Counter of points, which reports them in intervals.
 struct Counter<'a> {
     steps: ProgressSteps<'a>,
     unreported: usize,
@@ -49,10 +49,10 @@ impl<'a> Counter<'a> {
         Self { steps: progress.steps(count), unreported: 0 }
     }
 
-    /// Counts points or neighbors that are begun.
+    /// Counts a point that is begun.
     #[inline]
-    fn add(&mut self, count: usize) -> Result<(), Interrupted> {
-        self.unreported += count;
+    fn add_point(&mut self) -> Result<(), Interrupted> {
+        self.unreported += 1;
         if self.unreported < REPORT_INTERVAL {
             return Ok(());
         }
@@ -113,7 +113,7 @@ impl Grid {
         for k in from[2]..=to[2] {
             for j in from[1]..=to[1] {
                 for i in from[0]..=to[0] {
-                    counter.add(1)?;
+                    counter.add_point()?;
                     let place = self.place([i, j, k]);
                     let p = self.origin + self.spacing * DVec3::from([i, j, k].map(crate::real));
                     self.is_inside[place] = self.is_inside[place]
@@ -143,7 +143,7 @@ impl Grid {
         let mut counter = Counter::new(progress, self.is_inside.len());
         let mut euler = 0;
         for [i, j, k] in self.points() {
-            counter.add(1)?;
+            counter.add_point()?;
             if !self.is_inside[self.place([i, j, k])] || i * j * k == 0 {
                 continue;
             }
