@@ -7,7 +7,7 @@
 use ccd::CcdParams;
 use glam::DVec3;
 use kdop::Workspace;
-use scene::{BodyMove, PairId, PairSweep, SweptContact};
+use scene::{BodyMove, PairId, PairSweep};
 use surface::progress::Interrupted;
 use surface::{Contact, Meeting, parallel, triangles_meet};
 
@@ -22,6 +22,19 @@ pub(crate) const FREE_SHARE: f64 = 0.8;
 /// Sweeps of a step in which single particles are held back, after which whole bodies are.
 pub(crate) const MAX_HOLD_PASSES: usize = 8;
 
+/// Displacements of a step, and what of them is taken.
+struct FreeStep<'a> {
+    displacements: &'a [DVec3],
+    /// Part of its displacement that each particle takes.
+    shares: Vec<f64>,
+    /// Bodies whose way has changed since the last sweep.
+    changed: Vec<bool>,
+    /// Pairs that touch at the start and do not approach there.
+    touching: Vec<PairId>,
+    /// Outward normals of all particles at the start, once they are needed.
+    outward: Option<Vec<DVec3>>,
+}
+
 impl Run<'_> {
     /// Moves soft bodies by the displacements of all particles, as far as nothing meets and no
     /// body leaves its limits; returns which bodies moved. Pairs that cross already, or are exempt, are not regarded.
@@ -30,65 +43,76 @@ impl Run<'_> {
         displacements: &[DVec3],
         crossing: &[PairId],
     ) -> Result<Vec<bool>, ResolveError> {
-        let mut shares = vec![1.0; displacements.len()];
+        let mut step = FreeStep {
+            displacements,
+            shares: vec![1.0; displacements.len()],
+            changed: vec![true; self.tissues.len()],
+            touching: Vec::new(),
+            outward: None,
+        };
         self.turning_faces.clear();
 
         // Whoever is held back changes the way of its neighbors: swept again.
-        let mut changed = vec![true; self.tissues.len()];
-        let (mut touching, mut normals) = (Vec::new(), None);
         let mut pass = 0;
         loop {
-            self.limit_shapes(displacements, &mut shares, &mut changed)?;
-            let ends = self.ends_of_step(displacements, &shares);
-            let meetings = self.meetings(&ends, &changed, crossing)?;
-            changed.fill(false);
-
-            // What meets several others is held by the earliest one.
-            let mut held_shares = shares.clone();
-            let mut is_free = true;
-            for PairSweep { pair, contacts } in &meetings {
-                let mut is_held = false;
-                let first_of_b = self.scene.body(pair.b).particles().start;
-                for SweptContact { contact, at_start, .. } in contacts {
-                    if self.ties.seams.joins(contact, first_of_b) {
-                        continue;
-                    }
-
-                    // What touches and does not approach may go on: exact detection decides after.
-                    let terms = contact.stencil.terms();
-                    let approach =
-                        contact.stencil.combine(|p| shares[p as usize] * displacements[p as usize]);
-                    if *at_start {
-                        let normals = normals.get_or_insert_with(|| self.outward_normals());
-                        if approach.dot(self.normal_at_start(contact, normals)) <= 0.0 {
-                            touching.push(*pair);
-                            continue;
-                        }
-                    }
-                    is_held = true;
-                    let time = contact.time.unwrap_or(0.0);
-                    let factor = if *at_start { 0.0 } else { FREE_SHARE * time };
-                    for term in terms {
-                        let particle = term.particle as usize;
-                        held_shares[particle] =
-                            held_shares[particle].min(factor * shares[particle]);
-                    }
-                }
-                if is_held {
-                    is_free = false;
-                    self.mark_held(*pair, pass, &mut changed, &mut held_shares);
-                }
-            }
-            shares = held_shares;
-            self.joints.lower(self.scene, &mut shares, &mut changed);
+            self.limit_shapes(displacements, &mut step.shares, &mut step.changed)?;
+            let ends = self.ends_of_step(displacements, &step.shares);
+            let meetings = self.meetings(&ends, &step.changed, crossing)?;
+            step.changed.fill(false);
+            let is_free = self.hold_back(&mut step, &meetings, pass);
+            self.joints.lower(self.scene, &mut step.shares, &mut step.changed);
             if is_free {
-                touching.sort_unstable();
-                touching.dedup();
-                self.take_step(&ends, &touching)?;
+                step.touching.sort_unstable();
+                step.touching.dedup();
+                self.take_step(&ends, &step.touching)?;
                 return Ok(ends.iter().map(Option::is_some).collect());
             }
             pass += 1;
         }
+    }
+
+    /// Holds particles that meet back to before their contact; returns true if none is held.
+    fn hold_back(&self, step: &mut FreeStep<'_>, meetings: &[PairSweep], pass: usize) -> bool {
+        // What meets several others is held by the earliest one.
+        let mut held_shares = step.shares.clone();
+        let mut is_free = true;
+        for PairSweep { pair, contacts } in meetings {
+            let mut is_held = false;
+            let first_of_b = self.scene.body(pair.b).particles().start;
+            for swept in contacts {
+                if self.ties.seams.joins(&swept.contact, first_of_b) {
+                    continue;
+                }
+
+                // What touches and does not approach may go on: exact detection decides after.
+                if swept.at_start && !self.approaches(&swept.contact, step) {
+                    step.touching.push(*pair);
+                    continue;
+                }
+                is_held = true;
+                let time = swept.contact.time.unwrap_or(0.0);
+                let factor = if swept.at_start { 0.0 } else { FREE_SHARE * time };
+                for term in swept.contact.stencil.terms() {
+                    let particle = term.particle as usize;
+                    let held = factor * step.shares[particle];
+                    held_shares[particle] = held_shares[particle].min(held);
+                }
+            }
+            if is_held {
+                is_free = false;
+                self.mark_held(*pair, pass, &mut step.changed, &mut held_shares);
+            }
+        }
+        step.shares = held_shares;
+        is_free
+    }
+
+    /// Returns true if the two sides of a contact that touch at the start come nearer in the step.
+    fn approaches(&self, contact: &Contact, step: &mut FreeStep<'_>) -> bool {
+        let outward = step.outward.get_or_insert_with(|| self.outward_normals());
+        let approach =
+            contact.stencil.combine(|p| step.shares[p as usize] * step.displacements[p as usize]);
+        approach.dot(self.normal_at_start(contact, outward)) > 0.0
     }
 
     /// Returns the outward normals of all particles.

@@ -290,12 +290,11 @@ impl<'a> Run<'a> {
     /// Moves bodies by one round. Bodies that only cross themselves are taken apart, by pushes where that led
     /// no farther.
     pub(crate) fn go_round(&mut self) -> Result<(), ResolveError> {
-        let only_crosses_itself = self.rounds.last().is_some_and(Round::only_crosses_itself);
-        self.has_uncrossed = only_crosses_itself && !self.has_uncrossed;
+        let crosses_itself = self.rounds.last().is_some_and(Round::only_crosses_itself);
+        self.has_uncrossed = crosses_itself && !self.has_uncrossed;
         if self.has_uncrossed {
             return self.uncross_anew();
-        }
-        if self.rounds.len() <= self.elastic_rounds() {
+        } else if self.rounds.len() <= self.elastic_rounds() {
             self.push_elastically()?;
         } else {
             self.push()?;
@@ -342,6 +341,35 @@ impl<'a> Run<'a> {
 
     /// Adds the present state to the rounds, and keeps its positions where it is the best.
     pub(crate) fn record(&mut self) -> Result<(), ResolveError> {
+        let mut round = self.measure_round()?;
+
+        // The best round so far is kept, to be returned to in the end.
+        if self.rounds.iter().all(|other| round.merit < other.merit) {
+            self.unfreed = self.overlapping_pairs();
+        }
+        let best = self.rounds.get(self.best);
+        if best.is_none_or(|best| round.is_better_than(best)) {
+            self.keep_as_best(self.rounds.len());
+        } else if self.rounds.len() <= self.elastic_rounds() {
+            // Elastic rounds pass through states that are no better.
+            self.stalled_rounds = 1;
+        } else {
+            self.stalled_rounds += 1;
+        }
+
+        // So is the best one in which no pair overlaps anew and no body is beyond its limits.
+        let is_better = self.accepted.is_none_or(|last| round.is_better_than(&self.rounds[last]));
+        round.is_accepted = is_better && round.new_pairs == 0 && self.holds_limits()?;
+        if round.is_accepted {
+            self.accepted = Some(self.rounds.len());
+            self.accept_state(self.rounds.len());
+        }
+        self.rounds.push(round);
+        Ok(())
+    }
+
+    /// Measures the overlaps, the damage and the merit of the present state.
+    fn measure_round(&mut self) -> Result<Round, ResolveError> {
         let tolerance = self.params.tolerance;
         let mut round = Round::of_overlaps(&self.near, |pair, depth| {
             self.at_first.binary_search(&pair).is_ok()
@@ -369,32 +397,8 @@ impl<'a> Run<'a> {
         for tissue in &self.tissues {
             round.add_damage(&tissue.damage, counts_crossings);
         }
-
-        // The best round so far is kept, to be returned to in the end.
         round.merit = round.weigh(&self.params);
-        if self.rounds.iter().all(|other| round.merit < other.merit) {
-            self.unfreed = self.overlapping_pairs();
-        }
-        let best = self.rounds.get(self.best);
-        let is_better = best.is_none_or(|best| round.is_better_than(best));
-        if is_better {
-            self.keep_as_best(self.rounds.len());
-        } else if self.rounds.len() <= self.elastic_rounds() {
-            // Elastic rounds pass through states that are no better.
-            self.stalled_rounds = 1;
-        } else {
-            self.stalled_rounds += 1;
-        }
-
-        // So is the best one in which no pair overlaps anew and no body is beyond its limits.
-        let is_better = self.accepted.is_none_or(|last| round.is_better_than(&self.rounds[last]));
-        round.is_accepted = is_better && round.new_pairs == 0 && self.holds_limits()?;
-        if round.is_accepted {
-            self.accepted = Some(self.rounds.len());
-            self.accept_state(self.rounds.len());
-        }
-        self.rounds.push(round);
-        Ok(())
+        Ok(round)
     }
 
     /// Keeps the present state as the best one, after a round of a number.
