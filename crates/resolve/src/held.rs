@@ -3,154 +3,99 @@
 
 use std::collections::BTreeMap;
 
-use glam::DVec3;
 use scene::{BodyId, PairId, Scene};
-use surface::progress::Progress;
 
+use crate::attempts::Attempts;
 use crate::exempt::Exempt;
-use crate::resolver::{move_soft_bodies, soft_positions};
-use crate::{BrokenLimit, GapObstacle, Obstacle, Remaining, Resolution, ResolveError, Resolver};
+use crate::{BrokenLimit, GapObstacle, Obstacle, Remaining, Resolution, ResolveError};
 
 /// Attempts with ever more pairs left or bodies held. Below, one that holds up others is not found where there
 /// are several; above, scenes that cannot be freed take longer.
 const MAX_ATTEMPTS: usize = 4;
 
-impl Resolver {
+impl Attempts<'_> {
     /// Removes overlaps with the pairs left as they are that an end names as having no side to be pushed to, if that
-    /// leaves less; `exempt` has these pairs then.
-    pub(crate) fn leave_sideless(
-        &mut self,
-        scene: &mut Scene,
-        end: Resolution,
-        rest: &[Vec<DVec3>],
-        exempt: &mut Exempt,
-        progress: Progress<'_>,
-    ) -> Result<Resolution, ResolveError> {
-        let sideless = Exempt { pairs: end.sideless_pairs(), ..exempt.clone() };
-        if sideless.pairs.is_empty() || !end.is_left_without(&sideless) {
-            return Ok(end);
+    /// leaves less.
+    pub(crate) fn leave_sideless(&mut self) -> Result<(), ResolveError> {
+        let sideless = Exempt { pairs: self.end.sideless_pairs(), ..self.exempt.clone() };
+        if !sideless.pairs.is_empty() && self.end.is_left_without(&sideless) {
+            self.try_exempting(&sideless)?;
         }
-        let (end, worse) = self.exempting(scene, end, rest, &sideless, progress)?;
-        if worse.is_none() {
-            *exempt = sideless;
-        }
-        Ok(end)
+        Ok(())
     }
 
     /// Removes overlaps with the pairs left as they are that no round freed, as those of a muscle without room, if that
     /// leaves less: where it is pushed out into others, no round is accepted, however many pairs are free in it. With more
-    /// of them as long as rounds free others; `exempt` has these pairs then, too.
-    pub(crate) fn leave_unfreed(
-        &mut self,
-        scene: &mut Scene,
-        mut end: Resolution,
-        rest: &[Vec<DVec3>],
-        exempt: &mut Exempt,
-        progress: Progress<'_>,
-    ) -> Result<Resolution, ResolveError> {
-        let (mut tried, mut worse) = (exempt.clone(), None);
+    /// of them as long as rounds free others.
+    pub(crate) fn leave_unfreed(&mut self) -> Result<(), ResolveError> {
+        let (mut tried, mut worse) = (self.exempt.clone(), None);
         for _ in 0..MAX_ATTEMPTS {
-            let last = worse.as_ref().unwrap_or(&end);
-            let unfreed = last.unfreed_pairs(scene, &tried);
+            let last = worse.as_ref().unwrap_or(&self.end);
+            let unfreed = last.unfreed_pairs(self.scene, &tried);
             tried.pairs.extend(&unfreed);
-            let frees_others = last.frees_less_than_a_round() && end.is_left_without(&tried);
+            let frees_others = last.frees_less_than_a_round() && self.end.is_left_without(&tried);
             if unfreed.is_empty() || !frees_others {
                 break;
             }
-            (end, worse) = self.exempting(scene, end, rest, &tried, progress)?;
-            if worse.is_none() {
-                exempt.clone_from(&tried);
-            }
+            worse = self.try_exempting(&tried)?;
         }
-        Ok(end)
+        Ok(())
     }
 
     /// Removes overlaps with the pairs of soft bodies left as they are that remain, as that of a muscle that is there
-    /// twice, if that leaves less: they hold up others. `exempt` has these pairs then, too. Returns the limits that
-    /// bodies of theirs would break.
-    pub(crate) fn leave_soft_pairs(
-        &mut self,
-        scene: &mut Scene,
-        end: Resolution,
-        rest: &[Vec<DVec3>],
-        exempt: &mut Exempt,
-        progress: Progress<'_>,
-    ) -> Result<(Resolution, Vec<BrokenLimit>), ResolveError> {
-        let soft = end.soft_pairs(scene);
-        let with_soft = Exempt { pairs: [&exempt.pairs[..], &soft].concat(), ..exempt.clone() };
-        if self.params.keep_going || soft.is_empty() || !end.is_left_without(&with_soft) {
-            return Ok((end, Vec::new()));
+    /// twice, if that leaves less: they hold up others. Returns the limits that bodies of theirs would break.
+    pub(crate) fn leave_soft_pairs(&mut self) -> Result<Vec<BrokenLimit>, ResolveError> {
+        let soft = self.end.soft_pairs(self.scene);
+        let pairs = [&self.exempt.pairs[..], &soft].concat();
+        let with_soft = Exempt { pairs, ..self.exempt.clone() };
+        let keeps_going = self.start.params.keep_going;
+        if keeps_going || soft.is_empty() || !self.end.is_left_without(&with_soft) {
+            return Ok(Vec::new());
         }
-        let mut broken = end.broken_limits.clone();
+        let mut broken = self.end.broken_limits.clone();
         broken.retain(|limit| soft.iter().any(|pair| pair.bodies().contains(&limit.body)));
-        let (end, worse) = self.exempting(scene, end, rest, &with_soft, progress)?;
-        if worse.is_some() {
-            return Ok((end, Vec::new()));
-        }
-        *exempt = with_soft;
-        Ok((end, broken))
+        let worse = self.try_exempting(&with_soft)?;
+        Ok(if worse.is_none() { broken } else { Vec::new() })
     }
 
     /// Removes overlaps with the bodies held that left their limits, which would else hold up all others, if that leaves
     /// less; again with others that leave theirs then, and pairs that no round frees.
-    pub(crate) fn hold_broken(
-        &mut self,
-        scene: &mut Scene,
-        mut end: Resolution,
-        rest: &[Vec<DVec3>],
-        mut exempt: Exempt,
-        progress: Progress<'_>,
-    ) -> Result<Resolution, ResolveError> {
+    pub(crate) fn hold_broken(&mut self) -> Result<(), ResolveError> {
         // Limits that bodies left in ends that were no better, and why pairs were left there.
         let (mut beyond, mut obstacles) = (Vec::new(), BTreeMap::new());
-        let mut has_more = !self.params.keep_going && end.add_broken_bodies(&mut exempt.bodies);
+        let mut tried = self.exempt.clone();
+        let keeps_going = self.start.params.keep_going;
+        let mut has_more = !keeps_going && self.end.add_broken_bodies(&mut tried.bodies);
         for _ in 0..MAX_ATTEMPTS {
-            if !has_more || !end.is_left_without(&exempt) {
+            if !has_more || !self.end.is_left_without(&tried) {
                 break;
             }
-            let worse;
-            (end, worse) = self.exempting(scene, end, rest, &exempt, progress)?;
-            for left in &mut end.remaining {
+            let worse = self.try_exempting(&tried)?;
+            for left in &mut self.end.remaining {
                 left.obstacle = *obstacles.get(&left.pair).unwrap_or(&left.obstacle);
             }
-            let last = worse.as_ref().unwrap_or(&end);
-            has_more = last.add_next(scene, &mut exempt);
-            for left in last.remaining.iter().filter(|left| exempt.pairs.contains(&left.pair)) {
+            let last = worse.as_ref().unwrap_or(&self.end);
+            has_more = last.add_next(self.scene, &mut tried);
+            for left in last.remaining.iter().filter(|left| tried.pairs.contains(&left.pair)) {
                 obstacles.entry(left.pair).or_insert(left.obstacle);
             }
             if let Some(worse) = worse {
                 beyond.extend(worse.broken_limits);
-            } else if !end.resolved {
-                end.list_before(std::mem::take(&mut beyond));
+            } else if !self.end.resolved {
+                self.end.list_before(std::mem::take(&mut beyond));
             }
         }
-        Ok(end)
+        Ok(())
     }
 
-    /// Removes overlaps with some bodies held and pairs left as they are; takes the scene back to an earlier end, and
-    /// returns that one before the new one, where no less is left.
-    fn exempting(
-        &mut self,
-        scene: &mut Scene,
-        end: Resolution,
-        rest: &[Vec<DVec3>],
-        exempt: &Exempt,
-        progress: Progress<'_>,
-    ) -> Result<(Resolution, Option<Resolution>), ResolveError> {
-        let (last_carried, last_end) = (std::mem::take(&mut self.carried), soft_positions(scene));
-        move_soft_bodies(scene, rest)?;
-        let before = Some(&end.before[..]);
-        let mut next = self.attempt(self.params, scene, &[], exempt, before, progress)?;
-        if next.left() >= end.left() {
-            self.carried = last_carried;
-            move_soft_bodies(scene, &last_end)?;
-            return Ok((end, Some(next)));
+    /// Removes overlaps with some bodies held and pairs left as they are, and so in further attempts where that leaves
+    /// less; else returns that end.
+    fn try_exempting(&mut self, exempt: &Exempt) -> Result<Option<Resolution>, ResolveError> {
+        let worse = self.try_again(self.start.params, exempt)?;
+        if worse.is_none() {
+            self.exempt.clone_from(exempt);
         }
-        next.name_exempt(exempt, &end);
-        if !next.resolved && !exempt.bodies.is_empty() {
-            next.list_before(end.broken_limits);
-        }
-        Ok((next, None))
+        Ok(worse)
     }
 }
 
@@ -297,7 +242,9 @@ impl Obstacle {
 #[cfg(test)]
 mod tests {
     use fixtures::shapes;
+    use glam::DVec3;
     use scene::BodyKind;
+    use surface::progress::Progress;
 
     use super::*;
     use crate::ResolveParams;

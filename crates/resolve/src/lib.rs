@@ -44,6 +44,7 @@
 //!
 //! None is on by default.
 
+mod attempts;
 mod cell_corners;
 mod conditions;
 mod contact_islands;
@@ -87,6 +88,7 @@ mod self_contacts;
 mod settle;
 mod shape;
 mod shared_number;
+mod soft_positions;
 mod spread;
 mod squeeze;
 mod struts;

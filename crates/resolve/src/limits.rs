@@ -7,8 +7,8 @@ use surface::progress::Interrupted;
 use crate::ResolveError;
 use crate::detection::{check, detection_margin};
 use crate::resolution::{BrokenLimit, total_depth};
-use crate::resolver::soft_positions;
 use crate::run::{AcceptedState, DEPTH_BRACKET, Run};
+use crate::soft_positions::soft_positions;
 use crate::tissue::{Damage, Tissue, fitted_tree};
 
 /// Accepted states that are kept, to return to where rounding breaks a limit. Below, the start is

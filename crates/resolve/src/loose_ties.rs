@@ -1,67 +1,50 @@
 //! Ties that give way where faces would turn over by them: held and free vertices may stand side by side along a rough
 //! interface.
 
-use glam::DVec3;
-use scene::Scene;
-use surface::progress::Progress;
-
-use crate::exempt::Exempt;
-use crate::resolver::{move_soft_bodies, soft_positions};
-use crate::{Resolution, ResolveError, Resolver};
+use crate::ResolveError;
+use crate::attempts::Attempts;
 
 /// Attempts with ever more vertices let go. Below, few of a rough interface are found; above, what ties do not hold up
 /// takes longer.
 const MAX_ATTEMPTS: usize = 6;
 
-impl Resolver {
+impl Attempts<'_> {
     /// Removes overlaps with tied vertices let go at faces that would turn over, and with more of them as long as there
-    /// are others, if that leaves less; `exempt` has these vertices then.
-    pub(crate) fn loosen_ties(
-        &mut self,
-        scene: &mut Scene,
-        end: Resolution,
-        rest: &[Vec<DVec3>],
-        exempt: &mut Exempt,
-        progress: Progress<'_>,
-    ) -> Result<Resolution, ResolveError> {
-        if end.resolved || self.strained_ties.is_empty() {
-            return Ok(end);
+    /// are others, if that leaves less.
+    pub(crate) fn loosen_ties(&mut self) -> Result<(), ResolveError> {
+        if !self.end.may_be_better() {
+            return Ok(());
         }
-        let mut best = end;
-        let (mut carried, mut positions) = (self.carried.clone(), soft_positions(scene));
-        let mut tried = exempt.clone();
+        let mut tried = self.exempt.clone();
         for _ in 0..MAX_ATTEMPTS {
             let known = tried.loose.len();
             tried.loose.extend(std::mem::take(&mut self.strained_ties));
             if tried.loose.len() == known {
                 break;
             }
-            move_soft_bodies(scene, rest)?;
-            let before = Some(&best.before[..]);
-            let end = self.attempt(self.params, scene, &[], &tried, before, progress)?;
-            let is_resolved = end.resolved;
-            if is_resolved || end.left() < best.left() {
-                best = end;
-                exempt.clone_from(&tried);
-                (carried, positions) = (self.carried.clone(), soft_positions(scene));
-            }
-            if is_resolved {
-                break;
+            let worse = self.try_again(self.start.params, &tried)?;
+            if worse.is_none() {
+                self.exempt.clone_from(&tried);
+                if !self.end.may_be_better() {
+                    break;
+                }
             }
         }
-        self.carried = carried;
-        move_soft_bodies(scene, &positions)?;
-        Ok(best)
+        Ok(())
     }
 }
 
 #[cfg(test)]
 mod tests {
     use fixtures::shapes;
-    use scene::{BodyId, BodyKind};
+    use glam::DVec3;
+    use scene::{BodyId, BodyKind, Scene};
+    use surface::progress::Progress;
 
     use super::*;
+    use crate::attempts::Start;
     use crate::run::Run;
+    use crate::soft_positions::soft_positions;
     use crate::{Conditions, ResolveParams, Tie};
 
     /// A soft plate that is tied to a bone below it, and a post that is in its side just above the bone.
@@ -131,16 +114,15 @@ mod tests {
         assert!(held.len() > 10, "{held:?}");
         for strained in [held, Vec::new()] {
             let mut scene = start.clone();
-            let resolver = Resolver::new(params).expect("parameters");
-            let mut resolver = resolver.with_conditions(conditions.clone());
-            let mut exempt = Exempt::NONE;
-            let first = resolver.attempt(params, &mut scene, &[], &exempt, None, Progress::none());
-            let first = first.expect("a resolution");
+            let start = Start { params, conditions: &conditions, ties: None, carried: &[] };
+            let attempts = Attempts::begin(start, &mut scene, Progress::none());
+            let mut attempts = attempts.expect("a resolution");
+            let first = &attempts.end;
             assert!(!first.resolved && first.ties[0].loose == 0, "{:?}", first.ties);
-            resolver.strained_ties.clone_from(&strained);
-            let (left, none) = (first.left(), Progress::none());
-            let end = resolver.loosen_ties(&mut scene, first, &rest, &mut exempt, none);
-            let end = end.expect("a resolution");
+            let left = first.left();
+            attempts.strained_ties.clone_from(&strained);
+            attempts.loosen_ties().expect("a resolution");
+            let Attempts { end, exempt, .. } = attempts;
             assert_eq!(end.ties[0].loose, strained.len());
             assert_eq!(exempt.loose.len(), strained.len());
             assert_eq!(end.resolved || end.left() < left, !strained.is_empty());

@@ -11,8 +11,8 @@ use surface::progress::Interrupted;
 
 use crate::detection::clearance;
 use crate::elastic::{ElasticProblem, GapRow, Terms};
-use crate::resolver::soft_positions;
 use crate::run::Run;
+use crate::soft_positions::soft_positions;
 use crate::tissue::{Tissue, fitted_tree};
 use crate::{BrokenLimit, ResolveError};
 

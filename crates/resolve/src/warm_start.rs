@@ -3,17 +3,26 @@
 //! Where a bone has gone back, tissue follows it. Where a bone has gone through where tissue is at rest, tissue stays
 //! before it, also if nothing overlaps at rest any more.
 
-use crate::ResolveError;
 use crate::local_displacements::LocalDisplacements;
 use crate::run::Run;
+use crate::{Resolution, ResolveError};
 
 impl Run<'_> {
-    /// Displaces tissue by `carried`, if there is any, where that is better than the state as it stands, or where
-    /// tissue would have to pass through a bone to get there.
-    pub(crate) fn warm_start(
+    /// Pushes bodies apart, displaced by `carried` first where that is better. An error puts soft bodies back.
+    pub(crate) fn remove_overlaps(
         &mut self,
         carried: &[LocalDisplacements],
-    ) -> Result<(), ResolveError> {
+    ) -> Result<Resolution, ResolveError> {
+        let result = self.warm_start(carried).and_then(|()| self.complete());
+        if result.is_err() {
+            self.restore()?;
+        }
+        result
+    }
+
+    /// Displaces tissue by `carried`, if there is any, where that is better than the state as it stands, or where
+    /// tissue would have to pass through a bone to get there.
+    fn warm_start(&mut self, carried: &[LocalDisplacements]) -> Result<(), ResolveError> {
         let is_rest_clean = self.rounds[0].is_clean(&self.params);
         let may_move = is_rest_clean || self.continues();
         if !may_move || carried.iter().all(LocalDisplacements::is_zero) {

@@ -1,5 +1,7 @@
 //! Scenes state by state, each from the displacements of the one before.
 
+use std::ops::ControlFlow;
+
 use fixtures::shapes;
 use glam::DVec3;
 use resolve::{Conditions, ResolveParams, Resolver, Tie};
@@ -126,7 +128,7 @@ fn tissue_stays_before_a_bone_that_is_beyond_its_rest() {
 }
 
 /// Cartilage is near a bone in the first state, and farther from it than its tie reaches in the next ones, in which
-/// another bone presses it: what was tied at first stays.
+/// another bone presses it: what was tied at first stays, also where a call is interrupted between.
 #[test]
 fn ties_hold_what_they_held_in_the_first_state() {
     let bone = shapes::plate(DVec3::new(30.0, 30.0, 4.0), [9, 9]).translated(-2.0 * DVec3::Z);
@@ -147,6 +149,10 @@ fn ties_hold_what_they_held_in_the_first_state() {
         let ball = shapes::icosphere(4.0, 3).translated(ball_height * DVec3::Z);
         scene.move_body(ids[1], &lifted).expect("a place");
         scene.move_body(ids[2], &ball.positions).expect("a place");
+        if up > 0.0 {
+            let stop = |_| ControlFlow::Break(());
+            walk.resolve(&mut scene, Progress::new(&stop)).expect_err("an interruption");
+        }
         let end = walk.resolve(&mut scene, Progress::none()).expect("a resolution");
         assert_eq!((end.ties[0].tied, end.ties[0].crossing), (21 * 21, 0), "{up}");
         assert!(end.resolved, "{up}: {:?}", end.remaining);
