@@ -2,6 +2,7 @@
 
 use ccd::CcdParams;
 use glam::DVec3;
+use kdop::Workspace;
 use proximity::{ContactKind, SweptContact};
 use response::StepLength;
 use surface::progress::Progress;
@@ -24,7 +25,11 @@ struct SweptPoint<'a> {
     body: &'a Body,
     /// Particles, with weights that sum to 1.
     terms: Vec<Term>,
+    /// Place at the start.
     point: DVec3,
+    /// Outer unit normals of the faces that hold the point, when it meets the other one; none for a body without
+    /// an inside.
+    normals: Vec<DVec3>,
 }
 
 impl MoveEnds {
@@ -58,7 +63,7 @@ impl MoveEnds {
         for pair in &report.pairs {
             found.clear();
             for swept in &pair.contacts {
-                found.extend(contact_at_start(scene, pair.pair, swept, bones));
+                found.extend(self.contact_at_start(scene, pair.pair, swept, bones));
             }
             contacts.add(pair.pair, &found);
         }
@@ -78,48 +83,88 @@ impl MoveEnds {
             self.is_moving.push(self.x[first..] != *body.positions());
         }
     }
-}
 
-/// Measures a contact of the move at its start. `None` for those that were there at the start,
-/// which static detection has, and for vertices that leave a body.
-fn contact_at_start(
-    scene: &Scene,
-    pair: PairId,
-    swept: &SweptContact,
-    bones: &Bones,
-) -> Option<Contact> {
-    let SweptContact { contact, kind, at_start, .. } = swept;
-    // P and P̄, as points of their bodies.
-    let count_of_p = if *kind == ContactKind::VertexFace { 1 } else { 2 };
-    let (p, on) = contact.stencil.terms().split_at(count_of_p);
-    let [p, on] = [SweptPoint::new(scene, pair, p), SweptPoint::new(scene, pair, on)];
+    /// Measures a contact of the move at its start. `None` for those that were there at the start,
+    /// which static detection has, and for vertices that leave a body.
+    fn contact_at_start(
+        &self,
+        scene: &Scene,
+        pair: PairId,
+        swept: &SweptContact,
+        bones: &Bones,
+    ) -> Option<Contact> {
+        let SweptContact { contact, kind, at_start, .. } = swept;
+        // P and P̄, as points of their bodies.
+        let count_of_p = if *kind == ContactKind::VertexFace { 1 } else { 2 };
+        let (p, on) = contact.stencil.terms().split_at(count_of_p);
+        let time = contact.time.unwrap_or(0.0);
+        let [p, on] = [p, on].map(|terms| self.point(scene, pair, terms, time));
 
-    // From inside, faces and edges are met against their normals.
-    let leaves = match kind {
-        ContactKind::VertexFace => on.outward().dot(contact.normal) < 0.0,
-        ContactKind::EdgeEdge => {
-            on.outward().dot(contact.normal) < 0.0 && p.outward().dot(contact.normal) > 0.0
+        let leaves = match kind {
+            ContactKind::VertexFace => p.leaves(&on, contact.normal),
+            ContactKind::EdgeEdge => {
+                p.leaves(&on, contact.normal) && on.leaves(&p, -contact.normal)
+            }
+        };
+        if *at_start || leaves {
+            return None;
         }
-    };
-    if *at_start || leaves {
-        return None;
+
+        // The gap that the velocities may close.
+        let apart = p.point - on.point;
+        let normal = match kind {
+            ContactKind::VertexFace => contact.normal,
+            ContactKind::EdgeEdge => edge_normal(&p, &on, contact.normal, apart),
+        };
+        let gap = apart.dot(normal) - contact.offset;
+        let found = Contact::between(p.side(bones), on.side(bones), normal, gap);
+        Some(Contact { time: contact.time, ..found })
     }
 
-    // The gap that the velocities may close.
-    let normal = match kind {
-        ContactKind::VertexFace => contact.normal,
-        ContactKind::EdgeEdge => edge_normal(&p, &on, contact.normal),
-    };
-    let gap = (p.point - on.point).dot(normal) - contact.offset;
-    let found = Contact::between(p.side(bones), on.side(bones), normal, gap);
-    Some(Contact { time: contact.time, ..found })
+    /// Returns the point of some terms, whose body is one of the pair and meets another one at a time.
+    fn point<'a>(
+        &self,
+        scene: &'a Scene,
+        pair: PairId,
+        terms: &[Term],
+        time: f64,
+    ) -> SweptPoint<'a> {
+        let holds = |id: &BodyId| scene.body(*id).particles().contains(&terms[0].particle);
+        let id = if holds(&pair.a) { pair.a } else { pair.b };
+        let body = scene.body(id);
+        let first = body.particles().start;
+        let (mut point, mut own) = (DVec3::ZERO, Vec::new());
+        for &Term { particle, weight } in terms {
+            own.push(Term { particle, weight: weight.abs() });
+            point += weight.abs() * body.positions()[(particle - first) as usize];
+        }
+
+        // One face, two at an edge, all around a vertex.
+        let at_time = |vertex: u32| {
+            let start = body.positions()[vertex as usize];
+            start.lerp(self.x[(first + vertex) as usize], time)
+        };
+        let mut normals = Vec::new();
+        if body.has_inside().is_ok() {
+            let surface = body.surface();
+            for &face in surface.vertex_faces(own[0].particle - first) {
+                let corners = surface.faces()[face as usize];
+                if own.iter().all(|term| corners.contains(&(term.particle - first))) {
+                    let normal = triangle::normal(corners.map(at_time)).normalize_or_zero();
+                    normals.push(body.orientation() * normal);
+                }
+            }
+        }
+        SweptPoint { id, body, terms: own, point, normals }
+    }
 }
 
-/// Returns the normal of two edges that meet, between the normals of the faces beside each.
+/// Returns the normal of two edges that meet, between the normals of the faces beside each; `apart` is
+/// how far they are from each other at the start.
 ///
 /// Perpendicular to both edges, it may lean over: against an edge in a flat part it would push
-/// aside. There, the flatter of the two decides.
-fn edge_normal(p: &SweptPoint<'_>, on: &SweptPoint<'_>, normal: DVec3) -> DVec3 {
+/// aside. There, the flatter of the two decides, if the edges come nearer by more along its normal.
+fn edge_normal(p: &SweptPoint<'_>, on: &SweptPoint<'_>, normal: DVec3, apart: DVec3) -> DVec3 {
     let (of_p, of_on) = (-p.outward(), on.outward());
 
     // Between two unit normals, the cosine to their sum is at least half its length.
@@ -128,44 +173,29 @@ fn edge_normal(p: &SweptPoint<'_>, on: &SweptPoint<'_>, normal: DVec3) -> DVec3 
         return normal;
     }
     let flatter = if of_p.length() > of_on.length() { of_p } else { of_on };
-    flatter.try_normalize().unwrap_or(normal)
+    let flatter = flatter.try_normalize().unwrap_or(normal);
+    if apart.dot(flatter) >= apart.dot(normal) { flatter } else { normal }
 }
 
 /// Rounding of cosines.
 const IN_CONE: f64 = 1e-9;
 
-impl<'a> SweptPoint<'a> {
-    /// Returns the point of some terms, whose body is one of the pair.
-    fn new(scene: &'a Scene, pair: PairId, terms: &[Term]) -> Self {
-        let holds = |id: &BodyId| scene.body(*id).particles().contains(&terms[0].particle);
-        let id = if holds(&pair.a) { pair.a } else { pair.b };
-        let body = scene.body(id);
-        let (mut point, mut own) = (DVec3::ZERO, Vec::new());
-        for &Term { particle, weight } in terms {
-            let x = body.positions()[(particle - body.particles().start) as usize];
-            own.push(Term { particle, weight: weight.abs() });
-            point += weight.abs() * x;
-        }
-        Self { id, body, terms: own, point }
+impl SweptPoint<'_> {
+    /// Returns true if the point starts in the body of another one, and meets it from there, against `normal`: from behind
+    /// all faces that hold the other one.
+    fn leaves(&self, other: &Self, normal: DVec3) -> bool {
+        let is_behind = |outward: &DVec3| outward.dot(normal) < -IN_CONE;
+        let is_from_inside = !other.normals.is_empty() && other.normals.iter().all(is_behind);
+        is_from_inside
+            && other
+                .body
+                .tree()
+                .is_some_and(|tree| tree.contains(self.point, &mut Workspace::default()))
     }
 
-    /// Computes the sum of the outer unit normals of the faces that hold the point; zero for a body without
-    /// an inside.
+    /// Computes the sum of the outer unit normals.
     fn outward(&self) -> DVec3 {
-        let (surface, first) = (self.body.surface(), self.body.particles().start);
-        let mut sum = DVec3::ZERO;
-        if self.body.has_inside().is_err() {
-            return sum;
-        }
-
-        // One face, two at an edge, all around a vertex.
-        for &face in surface.vertex_faces(self.terms[0].particle - first) {
-            let corners = surface.faces()[face as usize];
-            if self.terms.iter().all(|term| corners.contains(&(term.particle - first))) {
-                sum += triangle::normal(self.body.corners(face)).normalize_or_zero();
-            }
-        }
-        self.body.orientation() * sum
+        self.normals.iter().sum()
     }
 
     /// Returns the side of a contact at this point, with the motion of a bone.

@@ -2,15 +2,15 @@
 
 use ccd::CcdParams;
 use fixtures::Mesh;
-use fixtures::shapes::{icosphere, plate};
+use fixtures::shapes::{icosphere, plate, tetrahedron};
 use glam::{DQuat, DVec3};
 use response::{
     Margins, Material, ParticleLoads, ResponseError, RigidMotion, SolverMethod, SolverParams,
     StepLength, StepParams, StepReport, SweptReport,
 };
 use scene::{
-    BodyId, BodyKind, CheckParams, DetectorParams, Progress, Scene, SceneStates, SceneStep,
-    StepDetectors, StepError,
+    BodyId, BodyKind, BodyMove, CheckParams, DetectorParams, PairReport, Progress, Scene,
+    SceneStates, SceneStep, StepDetectors, StepError,
 };
 use surface::Pose;
 
@@ -134,6 +134,52 @@ fn a_ball_that_is_met_keeps_the_minimum_separation() {
     let heights = world.scene.body(world.ball).positions().iter().map(|x| x.z);
     let low = heights.fold(f64::MAX, f64::min);
     assert!((low - 0.25).abs() <= 2.0 * SPEED * H, "{low}");
+}
+
+/// Bodies with edges and corners meet by edges, which turn as the ball gives way.
+#[test]
+fn nothing_overlaps_within_the_free_share() {
+    let tips = tetrahedron(14.0);
+    for number in 0..12 {
+        let angle = 0.5 * f64::from(number);
+        let turn = DQuat::from_rotation_z(angle) * DQuat::from_rotation_x(0.3 + angle);
+        let mut bone = tips.clone();
+        bone.positions.iter_mut().for_each(|x| *x = turn * *x);
+        let mut world = World::with_bone(bone, 1.0, DVec3::new(2000.0, 1000.0, -7000.0));
+        let mut params = params(20);
+        params.solver.tolerance = 1e-3 * SPEED;
+        let (_, swept) = world.correct(&params);
+        assert!(swept.contacts > 0, "{number}: {swept:?}");
+        world.advance(swept.free_share, DVec3::ZERO);
+        let reports = world.scene.check(&CheckParams::new(0.0), Progress::none()).expect("valid");
+        let depths = reports.iter().filter_map(PairReport::max_depth).map(|depth| depth.lower);
+        let depth = depths.fold(0.0, f64::max);
+        assert!(swept.free_share >= 1.0, "{number}: {swept:?}");
+        assert!(depth <= 2e-3 * SPEED * H, "{number}: depth {depth}, {swept:?}");
+    }
+}
+
+/// A ball that is mirrored on its way faces inward when it meets the bone. It is held as any other: it was outside at
+/// the start.
+#[test]
+fn tissue_that_turns_inside_out_on_its_way_is_held() {
+    // With a corner up, which meets a face of the ball.
+    let mut bone = tetrahedron(14.0);
+    let turn = DQuat::from_rotation_arc(bone.positions[0].normalize(), DVec3::Z);
+    bone.positions.iter_mut().for_each(|x| *x = turn * *x);
+    let mut world = World::with_bone(bone, 5.0, DVec3::ZERO);
+    let first = world.scene.body(world.ball).particles().start as usize;
+    for (x, v) in world.x[first..].iter().zip(&mut world.v[first..]) {
+        *v = DVec3::new(2.0 * (0.3 - x.x), 0.0, -7.0) / H;
+    }
+    let (_, swept) = world.correct(&params(0));
+    let ends = world.x[first..].iter().zip(&world.v[first..]).map(|(x, v)| *x + H * *v);
+    let ends: Vec<DVec3> = ends.collect();
+    let moves = [BodyMove { body: world.ball, positions: &ends }];
+    let report = world.scene.sweep(&moves, &CcdParams::DEFAULT, Progress::none());
+    let free = report.expect("valid").largest_free_step;
+    assert!((0.6..0.9).contains(&free), "{free}: mirrored by then");
+    assert!((swept.free_share - free).abs() < 1e-9, "{swept:?}, free to {free}");
 }
 
 /// Faces of a plate that look inward stop what comes from outside, too.
