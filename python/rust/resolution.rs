@@ -79,6 +79,8 @@ pub(crate) fn record<'py>(
             tied: tie.tied,
             crossing: tie.crossing,
             loose: tie.loose,
+            distance: tie.distance,
+            max_distance: tie.max_distance,
         }));
     }
 

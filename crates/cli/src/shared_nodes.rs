@@ -7,8 +7,9 @@ use musculo_collide::{BodyId, Conditions, FixedVertices, Tie};
 
 use crate::failure::Failure;
 use crate::load::LoadedScene;
+use crate::motion::{Attached, AttachedBody, Replay};
 use crate::report::counted;
-use crate::scene::BodyDescription;
+use crate::scene::{BodyDescription, TieDescription};
 use crate::terminal;
 
 /// Returns the parts of a file with their nodes, none of which is of a body among those of the file: none, where a body
@@ -28,18 +29,52 @@ pub(crate) fn other_parts<'a>(
 impl LoadedScene {
     /// Ties bodies where they share nodes, unless the scene ties them; nodes of rigid bodies stay.
     pub(crate) fn tie_shared_nodes(&self, conditions: &mut Conditions) {
+        for (bodies, shared) in self.bodies_with_shared_nodes() {
+            self.tie_vertices(bodies, &shared, conditions);
+        }
+    }
+
+    /// Lets soft bodies that nothing else moves go with those that they are tied to, or share nodes with, and says which.
+    pub(crate) fn follow_attached(&mut self, replay: &mut Replay) -> Result<(), Failure> {
+        let mut attached = Vec::new();
+        for tie in &self.description.ties {
+            let TieDescription { a, b, within } = tie.get_ref();
+            let bodies = [a, b].map(|name| self.scene.find(name));
+            if let [Some(a), Some(b)] = bodies {
+                attached.push(Attached { bodies: [a, b], within: *within });
+            }
+        }
+        for (bodies, _) in self.bodies_with_shared_nodes() {
+            attached.push(Attached { bodies, within: 0.0 });
+        }
+        if attached.is_empty() {
+            return Ok(());
+        }
+        self.scene.fit_all()?;
+        for AttachedBody { body, to } in replay.follow_attached(&self.scene, &attached) {
+            let to: Vec<String> = to.iter().map(|name| format!("'{name}'")).collect();
+            let note = format!("'{body}' moves with {}, to which it is attached", to.join(" and "));
+            terminal::print_line("note", &note);
+        }
+        Ok(())
+    }
+
+    /// Lists pairs of bodies that share nodes, with their vertices.
+    fn bodies_with_shared_nodes(&self) -> Vec<([BodyId; 2], Vec<[u32; 2]>)> {
         let ids: Vec<BodyId> = self.scene.ids().collect();
+        let mut pairs = Vec::new();
         for file in self.description.bodies_by_file() {
             for (place, &a) in file.iter().enumerate() {
                 for &b in &file[place + 1..] {
                     let bodies = [ids[a], ids[b]];
                     let shared = self.shared_vertices(bodies);
                     if !shared.is_empty() {
-                        self.tie_vertices(bodies, &shared, conditions);
+                        pairs.push((bodies, shared));
                     }
                 }
             }
         }
+        pairs
     }
 
     /// Holds the vertices that soft bodies share with solids and rigid parts of their file that are no bodies of the

@@ -177,7 +177,32 @@ pub(crate) struct TieBonds {
     pub(crate) counts: Vec<TiedVertices>,
 }
 
+impl TieBond {
+    /// Returns the distance of the vertex from its place on the leader.
+    fn distance(&self, scene: &Scene) -> f64 {
+        let leader = scene.body(self.leader).positions();
+        let mut place = DVec3::ZERO;
+        for (corner, weight) in self.corners.into_iter().zip(self.weights) {
+            place += weight * leader[corner as usize];
+        }
+        scene.body(self.follower).positions()[self.vertex as usize].distance(place)
+    }
+}
+
 impl TieBonds {
+    /// Returns the counts of vertices, with the distances from their places as bodies are now.
+    pub(crate) fn measured(mut self, scene: &Scene) -> Vec<TiedVertices> {
+        for bond in &self.bonds {
+            let of_tie = |count: &&mut TiedVertices| {
+                (count.follower, count.leader) == (bond.follower, bond.leader)
+            };
+            if let Some(count) = self.counts.iter_mut().find(of_tie) {
+                count.max_distance = count.max_distance.max(bond.distance(scene));
+            }
+        }
+        self.counts
+    }
+
     /// Returns the bonds without those of vertices that have come to be in the other body, or to cross it.
     pub(crate) fn without_crossing(&self, scene: &Scene, near: &NearPairs) -> Self {
         let mut crossing = BTreeSet::new();
@@ -232,8 +257,10 @@ impl TieSides<'_> {
         let [own, other] = [follower, leader].map(|id| fitted_tree(scene.body(id)));
         let crosses = self.near.crossing_vertices(follower, leader, own.surface());
         let workspace = &mut Workspace::default();
-        let (mut hint, mut count) =
-            (None, TiedVertices { follower, leader, tied: 0, crossing: 0, loose: 0 });
+        let (tied, crossing, loose) = (0, 0, 0);
+        let mut count =
+            TiedVertices { follower, leader, tied, crossing, loose, distance, max_distance: 0.0 };
+        let mut hint = None;
         for (vertex, &x) in (0..).zip(own.positions().as_slice()) {
             let found = other.closest_point(x, distance, hint, workspace);
             let Some(closest) = found else { continue };

@@ -44,7 +44,7 @@ pub enum ResolveError {
         factor: f64,
     },
     /// A tie reaches no vertex.
-    #[error("'{a}' is not tied to '{b}': no vertex is within {distance} of the other surface")]
+    #[error("'{a}' is not tied to '{b}': no vertex is {} the other surface", within(*distance))]
     NothingTied {
         /// Name of the first body.
         a: String,
@@ -92,4 +92,9 @@ impl From<SceneError> for ResolveError {
             error => Self::Scene(error),
         }
     }
+}
+
+/// Writes how near to a surface a tie reaches: nodes that two bodies have in common are on it.
+fn within(distance: f64) -> String {
+    if distance > f64::MIN_POSITIVE { format!("within {distance} of") } else { "on".to_owned() }
 }

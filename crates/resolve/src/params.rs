@@ -124,8 +124,8 @@ pub struct Tie {
     pub distance: f64,
 }
 
-/// Vertices of a [tie](Tie) at the start.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Vertices of a [tie](Tie).
+#[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct TiedVertices {
     /// Body whose vertices are tied.
@@ -139,6 +139,19 @@ pub struct TiedVertices {
     pub crossing: usize,
     /// Number of vertices within the distance that are let go, since faces at them would turn over.
     pub loose: usize,
+    /// Distance of the tie, in the state in which it was found.
+    pub distance: f64,
+    /// Largest distance of a vertex that keeps its place from it, in the end. Beyond that of the tie, where bodies have
+    /// moved apart in a later state without any push: ties do not bring them back.
+    pub max_distance: f64,
+}
+
+impl TiedVertices {
+    /// Returns true if vertices are farther from their places than the distance of the tie and an allowance.
+    #[must_use]
+    pub fn is_torn(&self, allowance: f64) -> bool {
+        self.tied > 0 && self.max_distance > self.distance + allowance
+    }
 }
 
 /// Vertices of one body that stay where they are. With a gap and a [precision](ResolveParams::precision) of

@@ -270,13 +270,14 @@ pub struct Resolution {
     /// Bodies that the best state brings beyond their limits. With any, the scene has an earlier
     /// state, unless [`keep_going`](crate::ResolveParams::keep_going) asks for the best one.
     pub broken_limits: Vec<BrokenLimit>,
-    /// Vertices that ties hold, and those that they do not, in the order of the ties.
+    /// Vertices that ties hold in the end, and those that they do not, in the order of the ties.
     pub ties: Vec<TiedVertices>,
     /// Bodies that are to be [uncrossed](crate::Conditions::uncrossed) and still cross themselves.
     pub self_overlaps: Vec<BodyId>,
     /// True if no surface is deeper in another than the tolerance, as far as certain, no pair
-    /// overlaps that did not at the start, no limit is broken, the gap [holds](GapProof::holds), and
-    /// no body that is to be uncrossed crosses itself.
+    /// overlaps that did not at the start, no limit is broken, the gap [holds](GapProof::holds),
+    /// no body that is to be uncrossed crosses itself, and tied vertices are no farther from their
+    /// [places](TiedVertices::max_distance) than the tie, the gap and the tolerance together.
     pub resolved: bool,
     /// Pairs that overlap in the round of least [merit](Round::merit), accepted or not.
     #[cfg_attr(feature = "serde", serde(skip))]

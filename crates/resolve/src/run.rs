@@ -14,7 +14,6 @@ use crate::detection::{check, clearance, detection_margin};
 use crate::elastic::GapRow;
 use crate::exempt::Exempt;
 use crate::exit_sides::PairMemory;
-use crate::local_displacements::LocalDisplacements;
 use crate::near_pairs::{NearPair, NearPairs};
 use crate::resolution::{
     BodyChange, Obstacle, Remaining, Resolution, deepest, max_bracket, overlaps_in,
@@ -266,15 +265,17 @@ impl<'a> Run<'a> {
         let (near, exempt, before) = (&self.near, &self.exempt_pairs, &self.before);
         let mut remaining = Remaining::list(self.scene, &after, near, exempt, before, standstill);
         self.name_standstills(&mut remaining, &after, standstill);
+        let (ties, is_torn) = self.measure_ties();
         Ok(Resolution {
             resolved: gap.holds()
                 && broken_limits.is_empty()
+                && !is_torn
                 && self_overlaps.is_empty()
                 && remaining.iter().all(|pair| pair.is_within(self.params.tolerance)),
             gap,
             self_overlaps,
             broken_limits,
-            ties: self.ties.counts.clone(),
+            ties,
             gap_rounds: std::mem::take(&mut self.gap_rounds),
             remaining,
             bodies: BodyChange::list(self.scene, &self.tissues, self.round_progress())?,
@@ -300,15 +301,6 @@ impl<'a> Run<'a> {
             self.push()?;
         }
         self.move_soft(Tissue::pushed)
-    }
-
-    /// Returns the displacements of all bodies in local frames.
-    pub(crate) fn local_displacements(&self) -> Vec<LocalDisplacements> {
-        let mut displacements = Vec::new();
-        for (tissue, body) in self.tissues.iter().zip(self.scene.bodies()) {
-            displacements.push(LocalDisplacements::new(tissue, body.positions()));
-        }
-        displacements
     }
 
     /// Moves soft bodies back to where they were at the start.

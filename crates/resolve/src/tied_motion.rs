@@ -6,6 +6,7 @@ use glam::DVec3;
 use scene::{BodyId, PairId};
 use surface::{Contact, Term};
 
+use crate::TiedVertices;
 use crate::elastic::{Bond, ElasticProblem};
 use crate::run::Run;
 use crate::seams::place;
@@ -14,6 +15,14 @@ impl Run<'_> {
     /// Returns true if two bodies are tied to each other.
     pub(crate) fn is_tied(&self, pair: PairId) -> bool {
         self.ties.pairs.binary_search(&pair).is_ok()
+    }
+
+    /// Returns the vertices of each tie with their distances from their places, and whether one is torn.
+    pub(crate) fn measure_ties(&self) -> (Vec<TiedVertices>, bool) {
+        let ties = self.ties.held.clone().measured(self.scene);
+        let allowance = self.params.gap + self.params.tolerance;
+        let is_torn = ties.iter().any(|tie| tie.is_torn(allowance));
+        (ties, is_torn)
     }
 
     /// Returns true if a vertex of a contact is tied.

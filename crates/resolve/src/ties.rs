@@ -8,7 +8,7 @@ use crate::conditions::{TieBond, TieBonds};
 use crate::near_pairs::NearPairs;
 use crate::seams::Seams;
 use crate::tissue::Tissue;
-use crate::{Conditions, ResolveError, TiedVertices};
+use crate::{Conditions, ResolveError};
 
 /// Ties of a scene.
 pub(crate) struct Ties {
@@ -16,8 +16,8 @@ pub(crate) struct Ties {
     pub(crate) pairs: Vec<PairId>,
     /// All bonds, those of loose vertices and seams among them.
     pub(crate) all: TieBonds,
-    /// Vertices that each tie holds, and those that it does not.
-    pub(crate) counts: Vec<TiedVertices>,
+    /// Bonds that hold, those of seams among them.
+    pub(crate) held: TieBonds,
     /// Vertices that follow a point of another body from a distance, or of a rigid one.
     pub(crate) bonds: Vec<TieBond>,
     /// Vertices of soft bodies that are tied at one place.
@@ -41,7 +41,8 @@ impl Ties {
             Some(known) => known.without_crossing(scene, near),
             None => conditions.tie_bonds(scene, tissues, near)?,
         };
-        let TieBonds { mut bonds, counts } = all.without_loose(loose);
+        let held = all.without_loose(loose);
+        let mut bonds = held.bonds.clone();
         let count = scene.bodies().last().map_or(0, |body| body.particles().end);
         let follower = |bond: &TieBond| scene.body(bond.follower).particles().start + bond.vertex;
         let mut is_follower = Vec::new();
@@ -53,6 +54,6 @@ impl Ties {
         let seams = Seams::new(scene, &bonds);
         bonds.retain(|bond| bond.corner_at_follower(scene).is_none());
         seams.fix(scene, tissues);
-        Ok(Self { pairs: conditions.tied_pairs(), all, counts, bonds, seams, is_follower })
+        Ok(Self { pairs: conditions.tied_pairs(), all, held, bonds, seams, is_follower })
     }
 }

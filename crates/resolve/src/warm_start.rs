@@ -8,6 +8,15 @@ use crate::run::Run;
 use crate::{Resolution, ResolveError};
 
 impl Run<'_> {
+    /// Returns the displacements of all bodies in local frames.
+    pub(crate) fn local_displacements(&self) -> Vec<LocalDisplacements> {
+        let mut displacements = Vec::new();
+        for (tissue, body) in self.tissues.iter().zip(self.scene.bodies()) {
+            displacements.push(LocalDisplacements::new(tissue, body.positions()));
+        }
+        displacements
+    }
+
     /// Pushes bodies apart, displaced by `carried` first where that is better. An error puts soft bodies back.
     pub(crate) fn remove_overlaps(
         &mut self,

@@ -452,7 +452,7 @@ class BrokenLimit(Record):
 
 @dataclass(frozen=True, eq=False)
 class TiedVertices(Record):
-    """Vertices of a tie at the start."""
+    """Vertices of a tie."""
 
     a: str
     """Body whose vertices are tied."""
@@ -463,6 +463,11 @@ class TiedVertices(Record):
     """Vertices within the distance that are not held, since they were in the other body or crossed it."""
     loose: int
     """Vertices within the distance that are not held, since faces at them would turn over."""
+    distance: float
+    """Distance of the tie."""
+    max_distance: float
+    """Largest distance of a vertex that is held from its place, in the end: more than that of the tie where bodies have moved
+    apart since the first state without any push."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -63,7 +63,8 @@ A rigid body follows the map of its name, or of its name after the first undersc
 that moves nothing while a rigid body rests is refused, unless the file has its name in a list
 \"ignore\". Times \"t\" must rise.
 Soft bodies blend from segment to segment along the axis, within each interval of blends;
-without a skin they rest.
+without a skin they move with the bone that they are tied to or share nodes with, or between two, by
+their distances from both; others rest.
 
 A table of poses (.csv) has a row per body and time, in any order of columns; r11 to r33 may stand for
 the quaternion:
@@ -156,7 +157,8 @@ pub(super) fn run(arguments: &MotionArguments) -> Result<Finished, Failure> {
     // Read meshes and motion, and bind them to each other.
     let mut loaded = LoadedScene::load(description)?;
     let motion = arguments.follow.params(&loaded.description)?;
-    let replay = Motion::replay(&path, &motion, &loaded.scene)?;
+    let mut replay = Motion::replay(&path, &motion, &loaded.scene)?;
+    loaded.follow_attached(&mut replay)?;
     if let Some(warning) = motion.mass_center_warning(&path, &loaded.description) {
         terminal::print_line("warning", &warning);
     }

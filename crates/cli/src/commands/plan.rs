@@ -118,7 +118,11 @@ pub(super) fn run(arguments: &PlanArguments) -> Result<Finished, Failure> {
     let mut loaded = LoadedScene::load(description)?;
     let motion = loaded.description.motion.as_deref();
     let params = MotionParams::of_scene(&loaded.description);
-    let replay = motion.map(|path| Motion::replay(path, &params, &loaded.scene)).transpose()?;
+    let replay = motion.map(|path| Motion::replay(path, &params, &loaded.scene));
+    let mut replay = replay.transpose()?;
+    if let Some(replay) = &mut replay {
+        loaded.follow_attached(replay)?;
+    }
     stopwatch.lap("load");
 
     // Select the methods, and build what they need.

@@ -1,7 +1,8 @@
 //! Paths of bodies from one frame to the next.
 //!
 //! Bones turn with a constant angular velocity about the middle of what follows their map. Skin
-//! follows the blend of the motions of its segments, with the weights that it has at rest.
+//! follows the blend of the motions of its segments, with the weights that it has at rest, and so does
+//! tissue between two bodies to which it is attached.
 
 use glam::{DMat4, DQuat, DVec3};
 use musculo_collide::surface::RigidPlace;
@@ -14,7 +15,7 @@ use super::{Follows, Replay};
 pub(crate) struct FramePath<'a> {
     replay: &'a Replay,
     body: usize,
-    /// Motions of the parts that move the body: one, or one per segment of the skin.
+    /// Motions of the parts that move the body: one, one per segment of the skin, or two that it is between.
     parts: Vec<PartPath>,
     /// Motion of the whole body, if it is one.
     rigid: Option<NearRigidPath>,
@@ -58,6 +59,11 @@ impl<'a> FramePath<'a> {
                     parts.push(PartPath::new(replay, name.as_ref(), frame));
                 }
             }
+            (Follows::Between(between), _) => {
+                for name in &between.maps {
+                    parts.push(PartPath::new(replay, name.as_ref(), frame));
+                }
+            }
             (Follows::Skin | Follows::Nothing, _) => parts.push(PartPath::at_rest()),
         }
         let mut path = Self { replay, body, parts, rigid: None };
@@ -84,7 +90,7 @@ impl<'a> FramePath<'a> {
     /// Returns a vertex at rest, and the one or two parts that it follows with their shares.
     fn parts_of(&self, vertex: u32) -> (DVec3, [(usize, f64); 2]) {
         let rest = self.replay.rest(self.body)[vertex as usize];
-        let (part, share) = self.replay.share(self.body, rest);
+        let (part, share) = self.replay.share(self.body, vertex);
         let next = (part + 1).min(self.parts.len() - 1);
         (rest, [(part, 1.0 - share), (next, share)])
     }

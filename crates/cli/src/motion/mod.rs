@@ -2,12 +2,14 @@
 //! blend of these for its soft bodies.
 
 mod arguments;
+mod attached;
 mod frame_path;
 mod json;
 mod names;
 mod opensim;
 mod pose_rows;
 mod pose_table;
+mod replay;
 mod skin;
 
 #[cfg(test)]
@@ -23,13 +25,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::iter;
 use std::path::Path;
 
-use glam::{DMat3, DMat4, DQuat, DVec3, DVec4};
-use musculo_collide::distance_field::Pose;
+use glam::{DMat3, DMat4, DVec3, DVec4};
 use musculo_collide::surface::{Aabb, MAX_COORDINATE};
-use musculo_collide::{Body, BodyId, BodyKind, Scene, SceneError};
+use musculo_collide::{Body, BodyKind, Scene};
 use serde::Serialize;
 
 pub(crate) use self::arguments::{MotionArgs, MotionParams};
+use self::attached::Between;
+pub(crate) use self::attached::{Attached, AttachedBody};
 pub(crate) use self::frame_path::FramePath;
 use self::pose_table::TableProblem;
 use self::skin::Skin;
@@ -140,12 +143,13 @@ struct Follower {
 }
 
 /// Part of a motion that a body follows.
-#[derive(Debug, PartialEq, Eq)]
+#[derive(Debug, PartialEq)]
 enum Follows {
     Nothing,
     /// The map of a name.
     Map(String),
     Skin,
+    Between(Between),
 }
 
 /// Body that rests in all frames.
@@ -163,6 +167,10 @@ pub(crate) enum RestReason {
     NoMap,
     /// A soft body of a motion without a skin.
     NoSkin,
+    /// A soft body that is attached to others at rest.
+    Attached,
+    /// A soft body that is attached to more than two that move apart.
+    AttachedToMany,
 }
 
 impl Motion {
@@ -372,112 +380,6 @@ fn keeps_lengths(map: DMat4) -> bool {
 /// Returns the part of a name after its first underscore, if it has one.
 fn after_prefix(name: &str) -> Option<&str> {
     name.split_once('_').map(|(_, after)| after).filter(|after| !after.is_empty())
-}
-
-impl Replay {
-    pub(crate) fn frame_count(&self) -> usize {
-        self.motion.maps.len()
-    }
-
-    /// Returns the time of a frame in seconds, where the file has one.
-    pub(crate) fn time(&self, frame: usize) -> Option<f64> {
-        self.motion.times[frame]
-    }
-
-    /// Returns the time of a frame in a series of files: its number, unless all frames have a time.
-    pub(crate) fn series_time(&self, frame: usize) -> f64 {
-        let has_times = self.motion.times.iter().all(Option::is_some);
-        let time = self.time(frame).filter(|_| has_times);
-        time.unwrap_or_else(|| f64::from(u32::try_from(frame).unwrap_or(u32::MAX)))
-    }
-
-    /// Returns the bodies that rest in all frames.
-    pub(crate) fn resting(&self) -> &[RestingBody] {
-        &self.resting
-    }
-
-    /// Computes the positions of all bodies in a frame.
-    pub(crate) fn positions(&self, frame: usize) -> Vec<Vec<DVec3>> {
-        let maps = &self.motion.maps[frame];
-        let mut positions = Vec::new();
-        for Follower { rest, follows, .. } in &self.followers {
-            positions.push(match (follows, &self.motion.skin) {
-                (Follows::Map(name), _) => {
-                    rest.iter().map(|&x| maps[name].transform_point3(x)).collect()
-                }
-                (Follows::Skin, Some(skin)) => skin.deform(rest, maps),
-                (Follows::Skin | Follows::Nothing, _) => rest.clone(),
-            });
-        }
-        positions
-    }
-
-    /// Returns the path of a body from a frame to the next.
-    pub(crate) fn path(&self, body: usize, frame: usize) -> FramePath<'_> {
-        FramePath::new(self, body, frame)
-    }
-
-    /// Returns the positions of a body at rest.
-    pub(crate) fn rest(&self, body: usize) -> &[DVec3] {
-        &self.followers[body].rest
-    }
-
-    /// Returns the box around the faces of a body at rest.
-    pub(crate) fn rest_bounds(&self, body: usize) -> Aabb {
-        self.followers[body].bounds
-    }
-
-    /// Returns the maps of a frame, in the order of their names.
-    pub(crate) fn maps(&self, frame: usize) -> impl Iterator<Item = &DMat4> {
-        self.motion.maps[frame].values()
-    }
-
-    /// Returns the maps that a body follows, by their numbers in a frame: one, or one per segment
-    /// of the skin; none for a part at rest.
-    pub(crate) fn maps_of(&self, body: usize) -> Vec<Option<usize>> {
-        let number = |name: &String| self.motion.maps[0].keys().position(|known| known == name);
-        match (&self.followers[body].follows, &self.motion.skin) {
-            (Follows::Map(name), _) => vec![number(name)],
-            (Follows::Skin, Some(skin)) => {
-                skin.segments().iter().map(|name| name.as_ref().and_then(number)).collect()
-            }
-            (Follows::Skin | Follows::Nothing, _) => vec![None],
-        }
-    }
-
-    /// Returns the largest number of maps that one body follows.
-    pub(crate) fn max_maps(&self) -> usize {
-        (0..self.followers.len()).map(|body| self.maps_of(body).len()).max().unwrap_or(0)
-    }
-
-    /// Returns which of its maps a point of a body at rest follows, and the share of the next one.
-    pub(crate) fn share(&self, body: usize, x: DVec3) -> (usize, f64) {
-        match (&self.followers[body].follows, &self.motion.skin) {
-            (Follows::Skin, Some(skin)) => skin.share(x),
-            _ => (0, 0.0),
-        }
-    }
-
-    /// Moves all bodies of the scene to a frame.
-    pub(crate) fn place(&self, scene: &mut Scene, frame: usize) -> Result<(), SceneError> {
-        // The scene is borrowed by its numbers while bodies move.
-        let ids: Vec<BodyId> = scene.ids().collect();
-        for (id, x) in ids.into_iter().zip(self.positions(frame)) {
-            scene.move_body(id, &x)?;
-        }
-        Ok(())
-    }
-
-    /// Returns the pose of a body in a frame, if it follows a map.
-    pub(crate) fn pose(&self, body: usize, frame: usize) -> Option<Pose> {
-        match &self.followers[body].follows {
-            Follows::Map(name) => {
-                let map = self.motion.maps[frame][name];
-                Some(Pose::new(DQuat::from_mat4(&map), map.w_axis.truncate()))
-            }
-            Follows::Nothing | Follows::Skin => None,
-        }
-    }
 }
 
 fn listed<'a>(names: impl Iterator<Item = &'a str>) -> String {

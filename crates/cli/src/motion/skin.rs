@@ -96,7 +96,8 @@ impl Skin {
     }
 }
 
-fn smooth_step(t: f64) -> f64 {
+/// Returns a share that rises from 0 to 1 with level ends.
+pub(super) fn smooth_step(t: f64) -> f64 {
     let t = t.clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
 }

@@ -194,6 +194,8 @@ pub(crate) fn rest_text(resting: &[RestingBody]) -> String {
     let reasons = [
         (RestReason::NoMap, "no map has their name"),
         (RestReason::NoSkin, "they are soft, and the motion has no skin"),
+        (RestReason::Attached, "they are attached to bodies at rest"),
+        (RestReason::AttachedToMany, "they are attached to more than two bodies that move apart"),
     ];
     let mut text = String::new();
     for (reason, words) in reasons {

@@ -183,7 +183,10 @@ impl ResolutionDocument {
         }
         let is_left = |name: &str| pairs.iter().any(|pair| !pair.proved && pair.contains(name));
         let attachments = AttachmentRecord::list(conditions, scene, is_left);
-        let ties = resolution.ties.iter().map(|count| TieRecord::new(count, scene)).collect();
+        let mut ties = Vec::new();
+        for count in &resolution.ties {
+            ties.push(TieRecord::new(count, scene, unit, params));
+        }
         let mut self_overlaps = Vec::new();
         for body in &resolution.self_overlaps {
             self_overlaps.push(scene.body(*body).name().to_owned());
@@ -274,6 +277,7 @@ impl ResolutionDocument {
         for body in &self.self_overlaps {
             reasons.push(format!("{body} still crosses itself"));
         }
+        reasons.extend(self.ties.iter().filter_map(TieRecord::torn_text).map(str::to_owned));
         for BrokenRecord { body, is_kept, .. } in &self.broken_limits {
             let state = if *is_kept { "the state" } else { "a better state" };
             reasons.push(format!("{state} breaks the limits of {body}"));

@@ -16,6 +16,7 @@ use super::resolution::{
 use super::resolution_document::BrokenRecord;
 use super::table::{Table, right};
 use super::text::{counted, depth, grouped, length, measure};
+use super::tie_record::TieRecord;
 use crate::scene::Unit;
 
 /// All frames of a motion.
@@ -56,6 +57,7 @@ pub(crate) struct ResolvedFrame {
     short_gaps: Vec<ShortGapRecord>,
     /// Bodies that a better state would bring beyond their limits.
     broken_limits: Vec<BrokenRecord>,
+    ties: Vec<TieRecord>,
     /// Bodies that were to be uncrossed and still cross themselves.
     self_overlaps: Vec<String>,
     /// Number of rounds of detection and pushing.
@@ -144,6 +146,7 @@ impl ResolvedFrame {
             remaining: Vec::new(),
             short_gaps: Vec::new(),
             broken_limits: Vec::new(),
+            ties: Vec::new(),
             self_overlaps: names.collect(),
             rounds: resolution.rounds.len() - 1,
             final_round: resolution.final_round,
@@ -165,6 +168,9 @@ impl ResolvedFrame {
         }
         for broken in &resolution.broken_limits {
             record.broken_limits.push(BrokenRecord::new(broken, params, scene));
+        }
+        for tie in &resolution.ties {
+            record.ties.push(TieRecord::new(tie, scene, unit, params));
         }
         for change in &resolution.bodies {
             // An open body has no volume that could change.
@@ -273,6 +279,9 @@ impl ResolvedDocument {
                      another side of a bone than there\n",
                     frame.frame
                 );
+            }
+            for torn in frame.ties.iter().filter_map(TieRecord::torn_text) {
+                text += &format!("frame {}: {torn}\n", frame.frame);
             }
             for body in &frame.self_overlaps {
                 text += &format!("frame {}: {body} still crosses itself\n", frame.frame);

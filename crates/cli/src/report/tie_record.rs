@@ -1,9 +1,10 @@
 //! Ties of overlap removal, with the vertices that each holds.
 
-use musculo_collide::{Scene, TiedVertices};
+use musculo_collide::{ResolveParams, Scene, TiedVertices};
 use serde::Serialize;
 
-use super::text::grouped;
+use super::text::{grouped, length};
+use crate::scene::Unit;
 
 /// Vertices of a tie.
 #[derive(Debug, Serialize)]
@@ -17,12 +18,35 @@ pub(crate) struct TieRecord {
     crossing: usize,
     /// Number of vertices within the distance that were let go, since faces at them would turn over.
     loose: usize,
+    /// Largest distance of a vertex that keeps its place from it.
+    max_distance: f64,
+    /// True if that is more than the distance within which bodies were tied, the gap and the tolerance together.
+    torn: bool,
+    /// The same in words.
+    #[serde(skip)]
+    torn_text: Option<String>,
 }
 
 impl TieRecord {
-    pub(super) fn new(count: &TiedVertices, scene: &Scene) -> Self {
+    pub(super) fn new(
+        count: &TiedVertices,
+        scene: &Scene,
+        unit: Unit,
+        params: &ResolveParams,
+    ) -> Self {
         let [a, b] = [count.follower, count.leader].map(|id| scene.body(id).name().to_owned());
-        Self { a, b, tied: count.tied, crossing: count.crossing, loose: count.loose }
+        let &TiedVertices { tied, crossing, loose, max_distance, .. } = count;
+        let torn = count.is_torn(params.gap + params.tolerance);
+        let torn_text = torn.then(|| {
+            let (symbol, apart) = (unit.symbol(), length(max_distance, unit));
+            format!("{a} is torn off {b}: tied vertices are up to {apart} {symbol} from their places on it")
+        });
+        Self { a, b, tied, crossing, loose, max_distance, torn, torn_text }
+    }
+
+    /// Describes a tie whose vertices have come away from their places.
+    pub(super) fn torn_text(&self) -> Option<&str> {
+        self.torn_text.as_deref()
     }
 
     /// Warns of a tie that holds nothing.
@@ -35,7 +59,7 @@ impl TieRecord {
 
     /// Describes a tie that does not hold all vertices within its distance.
     pub(super) fn text(&self) -> Option<String> {
-        let &Self { ref a, ref b, tied, crossing, loose } = self;
+        let &Self { ref a, ref b, tied, crossing, loose, .. } = self;
         let mut reasons = Vec::new();
         if crossing > 0 {
             reasons.push(format!("{} in it or across it", grouped(crossing)));

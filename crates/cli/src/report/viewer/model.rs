@@ -200,7 +200,7 @@ impl Model {
             for &vertex in &shown.vertices {
                 let position = rest[vertex as usize];
                 let [x, y, z] = quantizer.place(position);
-                let share = replay.map_or((0, 0.0), |replay| replay.share(number, position));
+                let share = replay.map_or((0, 0.0), |replay| replay.share(number, vertex));
                 places.push([x, y, z, packed(share)]);
             }
 
