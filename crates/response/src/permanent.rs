@@ -117,6 +117,8 @@ pub struct PermanentContacts {
     contacts: Vec<Contact>,
     states: Vec<ContactState>,
     tracks: Vec<Track>,
+    /// Contacts of a slide before they replace the others, `None` where there is no face.
+    slid: Vec<Option<Slid>>,
     measure: GapMeasure,
     margins: Margins,
 }
@@ -127,6 +129,14 @@ struct Track {
     /// Its normal in the frame that carries it, where there is one.
     local_normal: Option<DVec3>,
     /// Face that it slid to last.
+    face: Option<u32>,
+}
+
+/// Contact after a slide.
+#[derive(Clone, Copy, Debug)]
+struct Slid {
+    contact: Contact,
+    /// Face that it is on now; `None` for a contact of two edges.
     face: Option<u32>,
 }
 
@@ -157,7 +167,7 @@ impl PermanentContacts {
     #[must_use]
     pub fn empty(measure: GapMeasure, margins: Margins) -> Self {
         let (contacts, states, tracks) = (Vec::new(), Vec::new(), Vec::new());
-        Self { contacts, states, tracks, measure, margins }
+        Self { contacts, states, tracks, slid: Vec::new(), measure, margins }
     }
 
     /// Removes all contacts, and sets the margins of those to come; the memory is kept.
@@ -226,6 +236,8 @@ impl PermanentContacts {
     ///
     /// # Errors
     ///
+    /// No contact is changed then.
+    ///
     /// - [`ResponseError::ParticleNotFinite`] with the first such position;
     /// - [`ResponseError::ParticleOutOfRange`] when there are fewer than at
     ///   first;
@@ -233,8 +245,10 @@ impl PermanentContacts {
     ///   an anchor or a normal was moved to an invalid value.
     pub fn stick(&mut self, x: &[DVec3]) -> Result<(), ResponseError> {
         check::particles("position", x.len(), x)?;
+        for (number, contact) in self.contacts.iter().enumerate() {
+            check_contact(number, contact, x.len())?;
+        }
         for number in 0..self.contacts.len() {
-            check_contact(number, &self.contacts[number], x.len())?;
             self.stick_one(number, x);
         }
         Ok(())
@@ -252,7 +266,7 @@ impl PermanentContacts {
     ///
     /// As [`Self::stick`], [`ResponseError::ParticleOutOfRange`] where the surface has vertices that are
     /// no particles, and [`ResponseError::Count`] when P is a combination of several particles and
-    /// slides onto particles: more than a contact holds.
+    /// slides onto particles: more than a contact holds. No contact is changed then.
     pub fn slide(
         &mut self,
         x: &[DVec3],
@@ -261,22 +275,19 @@ impl PermanentContacts {
         carrier: SurfaceCarrier,
     ) -> Result<(), ResponseError> {
         check::particles("position", x.len(), x)?;
-        for number in 0..self.contacts.len() {
-            check_contact(number, &self.contacts[number], x.len())?;
-            if is_of_edges(&self.contacts[number].stencil) {
-                self.slide_along_edges(number, x);
-                self.keep_normal(number, x);
-                continue;
-            }
 
-            // A step moves little, so the last face is a good start of the walk.
-            let point = self.point(number, x);
-            let start = self.start_face(number, surface, carrier);
-            if let Some(foot) = walk_to_foot(surface, on, start, point) {
-                self.stand_on(number, surface, &foot, carrier, x)?;
+        // All of them first, so that an error changes none.
+        let mut slid = std::mem::take(&mut self.slid);
+        let result = self.slide_all(x, surface, on, carrier, &mut slid);
+        if result.is_ok() {
+            for (number, slid) in slid.iter().enumerate() {
+                if let Some(slid) = slid {
+                    self.replace(number, slid, x);
+                }
             }
         }
-        Ok(())
+        self.slid = slid;
+        result
     }
 
     /// Drops the contacts that were left, and returns their number.
@@ -323,27 +334,42 @@ impl PermanentContacts {
         self.tracks[number].local_normal = frame.map(|frame| frame.to_local(contact.normal));
     }
 
-    /// Moves a contact of two edges to their closest points.
-    fn slide_along_edges(&mut self, number: usize, x: &[DVec3]) {
-        // Both points are free along their edges.
-        let contact = &mut self.contacts[number];
-        let [a0, a1, b0, b1] = std::array::from_fn(|k| contact.stencil.terms()[k].particle);
-        let edge = |ends: [u32; 2]| ends.map(|k| x[k as usize]);
-        let closest = closest_between_segments(edge([a0, a1]), edge([b0, b1]));
-        contact.stencil = Stencil::edge_edge([a0, a1], closest.s, [b0, b1], closest.t);
+    /// Computes each contact after a slide.
+    fn slide_all(
+        &self,
+        x: &[DVec3],
+        surface: &TriangleSurface,
+        on: Positions<'_>,
+        carrier: SurfaceCarrier,
+        slid: &mut Vec<Option<Slid>>,
+    ) -> Result<(), ResponseError> {
+        slid.clear();
+        for (number, contact) in self.contacts.iter().enumerate() {
+            check_contact(number, contact, x.len())?;
+            if is_of_edges(&contact.stencil) {
+                slid.push(Some(Slid { contact: slid_along_edges(contact, x), face: None }));
+                continue;
+            }
 
-        // The normal keeps its side of the edges.
-        let away = closest.points[0] - closest.points[1];
-        let side = if away.dot(contact.normal) < 0.0 { -1.0 } else { 1.0 };
-        contact.normal = (side * away).try_normalize().unwrap_or(contact.normal);
-        contact.gap = away.dot(contact.normal) - contact.offset;
-        self.states[number] = ContactState::of(contact.gap, self.margins);
+            // A step moves little, so the last face is a good start of the walk.
+            let start = self.start_face(number, surface, carrier);
+            slid.push(match walk_to_foot(surface, on, start, point(contact, x)) {
+                Some(foot) => {
+                    let contact = on_foot(number, contact, surface, &foot, carrier, x.len())?;
+                    Some(Slid { contact, face: Some(foot.face) })
+                }
+                None => None,
+            });
+        }
+        Ok(())
     }
 
-    /// Computes P, whose weights sum to −1.
-    fn point(&self, number: usize, x: &[DVec3]) -> DVec3 {
-        let terms = point_terms(&self.contacts[number].stencil);
-        -terms.iter().map(|term| term.weight * x[term.particle as usize]).sum::<DVec3>()
+    /// Replaces a contact by what it has slid to.
+    fn replace(&mut self, number: usize, slid: &Slid, x: &[DVec3]) {
+        self.contacts[number] = slid.contact;
+        self.states[number] = ContactState::of(slid.contact.gap, self.margins);
+        self.tracks[number].face = slid.face.or(self.tracks[number].face);
+        self.keep_normal(number, x);
     }
 
     /// Returns the face to walk from.
@@ -356,48 +382,63 @@ impl PermanentContacts {
         };
         self.tracks[number].face.or(of_stencil).unwrap_or(0)
     }
+}
 
-    /// Moves P̄ of a contact to a foot on the surface.
-    fn stand_on(
-        &mut self,
-        number: usize,
-        surface: &TriangleSurface,
-        foot: &SurfaceFoot,
-        carrier: SurfaceCarrier,
-        x: &[DVec3],
-    ) -> Result<(), ResponseError> {
-        let contact = &mut self.contacts[number];
+/// Computes P of a contact, whose weights sum to −1.
+fn point(contact: &Contact, x: &[DVec3]) -> DVec3 {
+    let terms = point_terms(&contact.stencil);
+    -terms.iter().map(|term| term.weight * x[term.particle as usize]).sum::<DVec3>()
+}
 
-        // The side of P stays; the foot replaces the side of P̄.
-        let of_p = point_terms(&contact.stencil);
-        let stencil = match carrier {
-            SurfaceCarrier::Rigid(motion) => {
-                contact.anchor = Some(motion.at(foot.point));
-                Stencil::new(of_p)
-            }
-            SurfaceCarrier::Particles { first } => {
-                let corners =
-                    surface.faces()[foot.face as usize].map(|corner| first.saturating_add(corner));
-                check::particle_range(number, corners, x.len())?;
-                let [a, b, c] =
-                    [0, 1, 2].map(|k| Term { particle: corners[k], weight: foot.barycentric[k] });
-                contact.anchor = None;
-                match *of_p {
-                    [p] => Stencil::new(&[p, a, b, c]),
-                    [p, q] => Stencil::new(&[p, q, a, b, c]),
-                    _ => None,
-                }
-            }
-        };
-        let (what, got) = ("particles on the side of P", of_p.len());
-        contact.stencil = stencil.ok_or(ResponseError::Count { what, expected: 1, got })?;
-        contact.normal = foot.normal;
-        contact.gap = foot.height - contact.offset;
-        self.tracks[number].face = Some(foot.face);
-        self.states[number] = ContactState::of(contact.gap, self.margins);
-        self.keep_normal(number, x);
-        Ok(())
-    }
+/// Returns a contact of two edges at their closest points.
+fn slid_along_edges(contact: &Contact, x: &[DVec3]) -> Contact {
+    // Both points are free along their edges.
+    let [a0, a1, b0, b1] = std::array::from_fn(|k| contact.stencil.terms()[k].particle);
+    let edge = |ends: [u32; 2]| ends.map(|k| x[k as usize]);
+    let closest = closest_between_segments(edge([a0, a1]), edge([b0, b1]));
+    let stencil = Stencil::edge_edge([a0, a1], closest.s, [b0, b1], closest.t);
+
+    // The normal keeps its side of the edges.
+    let away = closest.points[0] - closest.points[1];
+    let side = if away.dot(contact.normal) < 0.0 { -1.0 } else { 1.0 };
+    let normal = (side * away).try_normalize().unwrap_or(contact.normal);
+    Contact { stencil, normal, gap: away.dot(normal) - contact.offset, ..*contact }
+}
+
+/// Returns a contact with P̄ at a foot on the surface.
+fn on_foot(
+    number: usize,
+    contact: &Contact,
+    surface: &TriangleSurface,
+    foot: &SurfaceFoot,
+    carrier: SurfaceCarrier,
+    particle_count: usize,
+) -> Result<Contact, ResponseError> {
+    // The side of P stays; the foot replaces the side of P̄.
+    let of_p = point_terms(&contact.stencil);
+    let (stencil, anchor) = match carrier {
+        SurfaceCarrier::Rigid(motion) => (Stencil::new(of_p), Some(motion.at(foot.point))),
+        SurfaceCarrier::Particles { first } => {
+            let corners =
+                surface.faces()[foot.face as usize].map(|corner| first.saturating_add(corner));
+            check::particle_range(number, corners, particle_count)?;
+
+            // A zero has the sign of its side: with −0, the sum is the positive zero.
+            let [a, b, c] =
+                [0, 1, 2].map(|k| Term { particle: corners[k], weight: foot.barycentric[k] + 0.0 });
+            let stencil = match *of_p {
+                [p] => Stencil::new(&[p, a, b, c]),
+                [p, q] => Stencil::new(&[p, q, a, b, c]),
+                _ => None,
+            };
+            (stencil, None)
+        }
+    };
+
+    let (what, got) = ("particles on the side of P", of_p.len());
+    let stencil = stencil.ok_or(ResponseError::Count { what, expected: 1, got })?;
+    let gap = foot.height - contact.offset;
+    Ok(Contact { stencil, anchor, normal: foot.normal, gap, ..*contact })
 }
 
 /// Computes the frame that carries a contact's normal: of the three particles of a face,

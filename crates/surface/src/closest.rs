@@ -24,7 +24,7 @@ use glam::DVec3;
 
 use crate::triangle::edge;
 
-/// Weights of a triangle's corners: non-negative, with the sum 1.
+/// Weights of a triangle's corners: non-negative, with the sum 1. Their zeros are positive.
 pub type Barycentric = [f64; 3];
 
 /// Feature of a triangle: its interior, an edge or a corner.
@@ -410,11 +410,13 @@ fn longest_edge([a, b, c]: [DVec3; 3]) -> usize {
     longest
 }
 
+/// Returns the weights of the point with parameter `t` on edge `k`: a zero is the positive one,
+/// also where `t` is −0.
 #[inline]
 fn on_edge(k: usize, t: f64) -> Barycentric {
     let mut weights = [0.0; 3];
     weights[k] = 1.0 - t;
-    weights[(k + 1) % 3] = t;
+    weights[(k + 1) % 3] = t + 0.0;
     weights
 }
 

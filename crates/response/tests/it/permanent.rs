@@ -362,3 +362,55 @@ fn contacts_that_slid_stick_where_they_are() {
         }
     }
 }
+
+/// A foot in the corner of a face, of which one weight is computed as −0, belongs to P̄ all the same.
+#[test]
+fn zeros_of_a_foot_are_on_its_side() {
+    let on = [DVec3::X, DVec3::new(0.5, 0.0, 1e-9), DVec3::ZERO];
+    let x = [DVec3::new(0.0, -5.0, -3.0), on[0], on[1], on[2]];
+    let surface = TriangleSurface::new(3, vec![[0, 1, 2]]).expect("valid");
+    let margins = Margins::new(0.0, 100.0).expect("in range");
+    let start = contact(Stencil::vertex_face(0, [1, 2, 3], [0.5, 0.0, 0.5]), DVec3::Z, 1.0);
+    let mut permanent =
+        PermanentContacts::new(&[start], &x, GapMeasure::AlongNormal, margins).expect("valid");
+    let carrier = SurfaceCarrier::Particles { first: 1 };
+    let positions = surface.positions(&on).expect("finite");
+    permanent.slide(&x, &surface, positions, carrier).expect("valid");
+
+    let terms = permanent.contacts()[0].stencil.terms();
+    let of_p: Vec<bool> = terms.iter().map(|term| term.weight.is_sign_negative()).collect();
+    assert_eq!(of_p, [true, false, false, false], "{terms:?}");
+    assert_eq!(terms[3].weight, 1.0, "{terms:?}");
+}
+
+/// Contacts before and after the one that is refused, and that one itself, stay as they were.
+#[test]
+fn a_refused_contact_changes_none() {
+    let (surface, lower) = ball();
+    let first = 3;
+    let mut x = vec![DVec3::Z * 10.5, DVec3::new(1.0, 0.0, 10.5), DVec3::new(0.0, 1.0, 10.5)];
+    x.extend(&lower);
+    let corners = surface.faces()[0].map(|k| k + first);
+    let of_vertex = Stencil::vertex_face(0, corners, [1.0, 0.0, 0.0]);
+    let on_bone = Contact {
+        anchor: Some(surface::Anchor::default()),
+        ..contact(Stencil::face([0, 1, 2], [-0.5, -0.25, -0.25]), DVec3::Z, 10.0)
+    };
+    let contacts = [contact(of_vertex, DVec3::Z, 0.5), on_bone];
+    let margins = Margins::new(0.1, 100.0).expect("in range");
+    let mut permanent =
+        PermanentContacts::new(&contacts, &x, GapMeasure::AlongNormal, margins).expect("valid");
+
+    // A face on the side of P does not fit onto particles.
+    x[0].x += 2.0;
+    let on = surface.positions(&lower).expect("finite");
+    let refused = permanent.slide(&x, &surface, on, SurfaceCarrier::Particles { first });
+    assert!(matches!(refused, Err(ResponseError::Count { got: 3, .. })), "{refused:?}");
+    assert_eq!(permanent.contacts(), contacts);
+    assert_eq!((permanent.face(0), permanent.face(1)), (None, None));
+
+    permanent.move_anchors(|_, _, normal| *normal = DVec3::ZERO);
+    let refused = permanent.stick(&x);
+    assert_eq!(refused, Err(ResponseError::Normal { contact: 1, length: 0.0 }));
+    assert_eq!(permanent.contacts()[0], contacts[0]);
+}

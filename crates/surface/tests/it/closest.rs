@@ -221,3 +221,18 @@ fn any_finite_size_gives_a_finite_foot() {
         }
     }
 }
+
+/// Signs of weights distinguish the two sides of a contact: a foot has no negative one, zeros included.
+#[test]
+fn zeros_of_weights_are_positive() {
+    let corners = [DVec3::NEG_X, DVec3::new(-0.5, 0.0, 1e-9), DVec3::ZERO];
+    for turn in 0..3 {
+        let mut turned = corners;
+        turned.rotate_left(turn);
+        let [a, b, c] = turned;
+        for corners in [turned, [b, a, c]] {
+            let foot = closest_on_triangle(DVec3::new(0.0, -5.0, -3.0), corners);
+            assert!(foot.barycentric.iter().all(|w| w.is_sign_positive()), "{foot:?}");
+        }
+    }
+}
