@@ -13,7 +13,7 @@ const UNIT_TOLERANCE: f64 = 1e-6;
 /// Deviation of a sum of weights that counts as rounding, a plain number.
 /// Barycentric weights are good to 1e-12 even on slivers; a forgotten term is
 /// off by 1e-2 and more, and would break the momentum by its weight.
-const WEIGHT_TOLERANCE: f64 = 1e-9;
+pub(crate) const WEIGHT_TOLERANCE: f64 = 1e-9;
 
 /// Returns a parameter if it `holds` and is finite.
 ///

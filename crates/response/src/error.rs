@@ -98,6 +98,18 @@ pub enum ResponseError {
         /// 0; −1 where P̄ is carried by a rigid object.
         expected: f64,
     },
+    /// A follower has a leader with a negative weight, which would take mass from it.
+    #[error(
+        "particle {leader} leads particle {follower} with weight {weight}, but it must be at least 0"
+    )]
+    LeaderWeight {
+        /// The particle that follows.
+        follower: u32,
+        /// The particle that it follows.
+        leader: u32,
+        /// As given.
+        weight: f64,
+    },
     /// No particle of a contact can move, so it cannot be corrected.
     #[error("contact {contact} has no particle that can move: give one an inverse mass > 0")]
     NoFreeParticle {

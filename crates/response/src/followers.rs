@@ -15,7 +15,8 @@ use crate::{ContactSet, Material, ResponseError, check};
 pub struct Follower {
     /// Its number.
     pub particle: u32,
-    /// Particles that it follows, with weights that sum to 1.
+    /// Particles that it follows, with weights of at least 0 that sum to 1: each carries that share
+    /// of its mass.
     pub leaders: [Term; 3],
 }
 
@@ -86,8 +87,10 @@ impl Followers {
     ///
     /// - [`ResponseError::Weights`] with the number of a follower whose weights do not sum
     ///   to 1;
+    /// - [`ResponseError::LeaderWeight`] with a follower that has a negative weight, beyond
+    ///   rounding, which counts as 0;
     /// - [`ResponseError::Parameter`] where a leader follows, too, or a particle twice.
-    pub fn new(followers: Vec<Follower>) -> Result<Self, ResponseError> {
+    pub fn new(mut followers: Vec<Follower>) -> Result<Self, ResponseError> {
         // Sorted, for the search for leaders.
         let mut particles: Vec<u32> = followers.iter().map(|follower| follower.particle).collect();
         particles.sort_unstable();
@@ -96,10 +99,16 @@ impl Followers {
             check::parameter("follower", f64::from(pair[1]), "listed once", is_new)?;
         }
 
-        for (number, follower) in followers.iter().enumerate() {
+        for (number, follower) in followers.iter_mut().enumerate() {
             let sum = follower.leaders.iter().map(|leader| leader.weight).sum();
             check::weight_sum(number, sum, 1.0, 1.0)?;
-            for leader in follower.leaders {
+            for leader in &mut follower.leaders {
+                let Term { particle, weight } = *leader;
+                if weight < -check::WEIGHT_TOLERANCE {
+                    let follower = follower.particle;
+                    return Err(ResponseError::LeaderWeight { follower, leader: particle, weight });
+                }
+                leader.weight = weight.max(0.0);
                 let is_free = particles.binary_search(&leader.particle).is_err();
                 let value = f64::from(leader.particle);
                 check::parameter("leader", value, "no follower itself", is_free)?;

@@ -170,6 +170,23 @@ fn followers_move_with_their_leaders_and_count_with_their_mass() {
     assert!(step.correct(particles, &params(), detect).is_err());
 }
 
+/// A negative weight would take mass from a leader: with equal masses, its inverse mass would be
+/// infinite.
+#[test]
+fn leaders_with_negative_weights_are_refused() {
+    let followers = |weights: [f64; 3]| {
+        let leaders = std::array::from_fn(|k| common::term([0, 1, 2][k], weights[k]));
+        Followers::new(vec![Follower { particle: 3, leaders }])
+    };
+    let refused = ResponseError::LeaderWeight { follower: 3, leader: 1, weight: -1.0 };
+    assert_eq!(followers([2.0, -1.0, 0.0]), Err(refused));
+
+    // Rounding is none.
+    let rounded = followers([1.0, -1e-17, -0.0]).expect("weights of rounding");
+    let weights = rounded.as_slice()[0].leaders.map(|leader| leader.weight);
+    assert_eq!(weights, [1.0, 0.0, 0.0]);
+}
+
 /// A follower that is met on the way follows no more: its leader's soft contact stands for the others
 /// alone, in depth and in number.
 #[test]
