@@ -160,7 +160,7 @@ impl<'a> SoftContacts<'a> {
     ///
     /// - [`ResponseError::Count`] or [`ResponseError::ParticleNotFinite`] for `v`;
     /// - [`ResponseError::Overlapped`] where a barrier meets a gap `<= 0`;
-    /// - [`ResponseError::ContactNotFinite`] when a force would not be finite.
+    /// - [`ResponseError::ContactNotFinite`] when a force or its derivative would not be finite.
     pub fn new(rows: &'a ContactRows, v: &[DVec3], law: SoftLaw) -> Result<Self, ResponseError> {
         check::particles("velocity", rows.particle_count(), v)?;
         let mut forces = Vec::with_capacity(rows.len());
@@ -254,6 +254,9 @@ impl RowForce {
         let along = outer(row.normal, row.normal);
         let force = friction - normal.force * row.normal;
         check::contact_vector(number, "force", force)?;
+
+        // That of friction by the speed is a factor of the force.
+        check::contact_number(number, "stiffness", normal.by_depth)?;
         Ok(Self {
             force,
             by_position: along * -normal.by_depth,

@@ -4,7 +4,7 @@
 use glam::DVec3;
 use response::{
     ContactLaw, ContactRows, ImplicitEuler, ImplicitMidpoint, LinearForces, LinearParams, Margins,
-    NormalForce, SoftContacts, SoftLaw, TimeStep,
+    NormalForce, ResponseError, SoftContacts, SoftLaw, TimeStep,
 };
 use surface::{Contact, Stencil};
 
@@ -266,4 +266,34 @@ fn a_penalty_acts_on_neither_side_of_its_contact_alone() {
     let (near, deep) = (force(0.1, -1.0), force(-0.1, -1.0));
     assert!(near == DVec3::ZERO && (deep - 3.2 * DVec3::Z).length() < 1e-12, "{near} {deep}");
     assert_eq!(force(-0.1, 1.0), DVec3::ZERO, "no pull where it leaves");
+}
+
+/// Near a gap of 0 the force of a barrier is finite where its derivative overflows, and friction that
+/// is full at no speed at all has a derivative that overflows.
+#[test]
+fn derivatives_that_overflow_are_refused() {
+    let refused = |normal: NormalForce, slip_speed: f64, gap: f64| {
+        let law = SoftLaw::new(normal, slip_speed).expect("in range");
+        let stencil = Stencil::new(&[term(0, -1.0), term(1, 1.0)]).expect("two terms");
+        let contacts = vec![contact(stencil, DVec3::Z, gap)];
+        let (x, v) = (vec![DVec3::ZERO; 2], vec![DVec3::ZERO; 2]);
+        let scene = Scene { x, v, contacts, friction: 0.5, law, damped: true };
+        let rows = scene.rows(&[DVec3::ZERO; 2]);
+        match SoftContacts::new(&rows, &scene.v, scene.law) {
+            Ok(soft) => {
+                for block in [soft.stiffness_blocks(), soft.damping_blocks()].concat() {
+                    assert!(block.value.is_finite(), "{block:?}");
+                }
+                None
+            }
+            Err(ResponseError::ContactNotFinite { contact: 0, what, .. }) => Some(what),
+            Err(other) => panic!("{other}"),
+        }
+    };
+    let barrier = NormalForce::Barrier { stiffness: 1.0, range: 1.0 };
+    assert_eq!(refused(barrier, 1.0, 1e-160), Some("stiffness"));
+    assert_eq!(refused(barrier, 1.0, 1e-150), None);
+    let penalty = NormalForce::Penalty { stiffness: 1e10, damping: 0.0 };
+    assert_eq!(refused(penalty, 1e-300, -1.0), Some("force"));
+    assert_eq!(refused(penalty, 1e-290, -1.0), None);
 }
