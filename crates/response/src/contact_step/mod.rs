@@ -9,7 +9,10 @@ mod params;
 mod positions;
 mod report;
 mod row_solver;
+mod step_cache;
 mod swept;
+
+use std::mem::take;
 
 use glam::DVec3;
 use surface::{Anchor, Contact};
@@ -17,10 +20,12 @@ use surface::{Anchor, Contact};
 pub use self::params::StepParams;
 pub use self::report::{StepReport, SweptReport};
 use self::row_solver::RowSolver;
+use self::step_cache::StepCache;
 use crate::contact_set::KnownContact;
 use crate::followers::Represented;
 use crate::{
-    Combinations, ContactSet, Followers, ImpulseCache, ResponseError, SolveLevel, StepLength, check,
+    Combinations, ContactSet, Followers, Material, ResponseError, SolveLevel, SolveReport,
+    StepLength, check,
 };
 
 /// States of all particles, in the caller's slices, to be corrected.
@@ -112,10 +117,8 @@ pub enum ParticleLoads<'a> {
 #[derive(Clone, Debug, Default)]
 pub struct ContactStep {
     contacts: ContactSet,
-    velocity_cache: ImpulseCache,
-    load_cache: ImpulseCache,
-    /// Length of the last step.
-    last: Option<StepLength>,
+    velocity_cache: StepCache,
+    load_cache: StepCache,
     solver: RowSolver,
     followers: Followers,
     combinations: Combinations,
@@ -200,7 +203,6 @@ impl ContactStep {
         // Velocities and accelerations at the corrected positions.
         self.correct_velocities(v, inverse_mass, params, &mut report)?;
         self.correct_loads(v, loads, inverse_mass, params, &mut report)?;
-        self.last = Some(params.h);
         Ok(report)
     }
 
@@ -267,7 +269,7 @@ impl ContactStep {
             self.velocity_cache.clear();
             return Ok(());
         }
-        self.solve_velocities(v, inverse_mass, params, warm_scale(self.last, params.h), report)
+        self.solve_velocities(v, inverse_mass, params, report)
     }
 
     /// Solves for velocities, from those before contacts and the impulses that are cached.
@@ -276,29 +278,19 @@ impl ContactStep {
         v: &mut [DVec3],
         inverse_mass: &[f64],
         params: &StepParams,
-        scale: f64,
         report: &mut StepReport,
     ) -> Result<(), ResponseError> {
-        // From the impulses of the last step, which are replaced by these.
-        let Self {
-            contacts, combinations, solver, velocity_cache, represented, start: before, ..
-        } = self;
-        v.copy_from_slice(before);
-        velocity_cache.warm_start(contacts, scale, &mut solver.impulses);
-        solver.set_rows(v.len(), contacts, combinations, |number, contact, material| {
-            let (soft, material) = represented[number].of_soft(contact, material);
-            Ok(Some((*contact, material.velocity_row(&soft, params.h)?)))
-        })?;
-        report.velocities = Some(solver.solve(SolveLevel::Velocity, v, &self.lumped, params)?);
-        self.followers.follow(&self.follows, before, v);
-        self.combinations.apply(v);
-        velocity_cache.store(contacts, &solver.impulses)?;
+        let (mut cache, start) = (take(&mut self.velocity_cache), take(&mut self.start));
+        v.copy_from_slice(&start);
+        let solved = self.solve(&start, v, params, &mut cache, |contact, _| Some(*contact));
+        (self.velocity_cache, self.start) = (cache, start);
+        report.velocities = Some(solved?);
 
         // Momentum and energy that the correction has given.
-        report.approach = largest_approach(contacts, v, params.h);
-        report.rigid_work = solver.prescribed_work(v, inverse_mass);
+        report.approach = largest_approach(&self.contacts, v, params.h);
+        report.rigid_work = self.solver.prescribed_work(v, inverse_mass);
         (report.impulse, report.kinetic_energy) = (DVec3::ZERO, 0.0);
-        for ((v, before), w) in v.iter().zip(&*before).zip(inverse_mass) {
+        for ((v, before), w) in v.iter().zip(&self.start).zip(inverse_mass) {
             if *w > 0.0 {
                 report.impulse += (*v - *before) / *w;
                 report.kinetic_energy += 0.5 * (*v - *before).dot(*v + *before) / *w;
@@ -337,34 +329,56 @@ impl ContactStep {
         // Bones have their velocity at that time, too. Soft contacts act once.
         let has_soft = params.approach_tolerance.is_none()
             && self.contacts.groups().iter().any(|group| !group.material.is_hard());
-        let Self { contacts, combinations, solver, load_cache, represented, next, .. } = self;
-        let largest = largest_approach_at(contacts, next, params.h, |contact| advanced(contact, h));
+        let largest = largest_approach_at(&self.contacts, &self.next, params.h, |contact| {
+            advanced(contact, h)
+        });
         let tolerated = params.approach_tolerance.unwrap_or(0.0) + tolerance * h;
         if largest <= tolerated && !has_soft {
-            load_cache.clear();
+            self.load_cache.clear();
             return Ok(());
         }
-        load_cache.warm_start(contacts, warm_scale(self.last, params.h), &mut solver.impulses);
-        solver.set_rows(v.len(), contacts, combinations, |number, contact, material| {
-            let acts = material.is_hard() || has_soft;
-            let (soft, material) = represented[number].of_soft(contact, material);
-            let row = material.velocity_row(&soft, params.h)?;
-            Ok(acts.then(|| (advanced(contact, h), row)))
-        })?;
 
         // The change of these velocities belongs to one of the loads.
-        let before = &mut self.displacements;
-        before.clear();
-        before.extend_from_slice(next);
-        report.loads = Some(solver.solve(SolveLevel::Velocity, next, &self.lumped, params)?);
-        self.followers.follow(&self.follows, before, next);
-        self.combinations.apply(next);
-        load_cache.store(contacts, &solver.impulses)?;
-        for (before, next) in before.iter_mut().zip(&*next) {
-            *before = (*next - *before) / h;
+        let (mut cache, mut next) = (take(&mut self.load_cache), take(&mut self.next));
+        let mut changes = take(&mut self.displacements);
+        changes.clear();
+        changes.extend_from_slice(&next);
+        let solved = self.solve(&changes, &mut next, params, &mut cache, |contact, material| {
+            (material.is_hard() || has_soft).then(|| advanced(contact, h))
+        });
+        for (change, next) in changes.iter_mut().zip(&next) {
+            *change = (*next - *change) / h;
         }
-        report.force = add_to_loads(loads, before, inverse_mass);
+        (self.load_cache, self.next, self.displacements) = (cache, next, changes);
+        report.loads = Some(solved?);
+        report.force = add_to_loads(loads, &self.displacements, inverse_mass);
         Ok(())
+    }
+
+    /// Corrects velocities `v`, which are `before` still, by the contacts in the states that `state`
+    /// returns, `None` for those that do not act; from the impulses that are cached, which are
+    /// replaced by these.
+    fn solve(
+        &mut self,
+        before: &[DVec3],
+        v: &mut [DVec3],
+        params: &StepParams,
+        cache: &mut StepCache,
+        state: impl Fn(&Contact, &Material) -> Option<Contact>,
+    ) -> Result<SolveReport, ResponseError> {
+        let Self { contacts, combinations, solver, represented, .. } = self;
+        cache.warm_start(contacts, params.h, &mut solver.impulses);
+        solver.set_rows(v.len(), contacts, combinations, |number, contact, material| {
+            let (soft, law) = represented[number].of_soft(contact, material);
+            let row = law.velocity_row(&soft, params.h)?;
+            Ok(state(contact, material).map(|contact| (contact, row)))
+        })?;
+        let report = solver.solve(SolveLevel::Velocity, v, &self.lumped, params)?;
+
+        self.followers.follow(&self.follows, before, v);
+        self.combinations.apply(v);
+        cache.store(contacts, params.h, &solver.impulses)?;
+        Ok(report)
     }
 
     /// Computes the largest depth of hard contacts.
@@ -445,9 +459,4 @@ fn advanced(contact: &Contact, h: f64) -> Contact {
     let later =
         |anchor: Anchor| Anchor { velocity: anchor.velocity + h * anchor.acceleration, ..anchor };
     Contact { anchor: contact.anchor.map(later), ..*contact }
-}
-
-/// Computes the factor on the impulses of the last step.
-fn warm_scale(last: Option<StepLength>, h: StepLength) -> f64 {
-    SolveLevel::Velocity.impulse_scale(last.map_or(1.0, |last| h.get() / last.get()))
 }

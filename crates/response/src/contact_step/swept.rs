@@ -53,7 +53,7 @@ impl ContactStep {
 
             // All contacts of the step together, from the velocities before them.
             self.weigh(inverse_mass);
-            self.solve_velocities(v, inverse_mass, params, 1.0, report)?;
+            self.solve_velocities(v, inverse_mass, params, report)?;
         }
         report.contacts = self.contacts.contacts().len();
         Ok(swept_report)

@@ -133,6 +133,29 @@ fn the_cache_saves_sweeps_from_step_to_step() {
     assert!(sweeps[1..].iter().all(|s| 20 * s < sweeps[0]), "{sweeps:?}");
 }
 
+/// A step that solves for nothing leaves the impulses of the one before as those of its length.
+#[test]
+fn steps_that_solve_nothing_do_not_rescale_impulses() {
+    let of_length = |h: f64| StepParams {
+        h: StepLength::new(h).expect("in range"),
+        push_tolerance: None,
+        ..params()
+    };
+    let third = |between: Option<StepParams>| {
+        let x = (0..6).map(|k| DVec3::Z * f64::from(k)).collect();
+        let mut world = World { x, v: vec![DVec3::ZERO; 6], a: vec![DVec3::ZERO; 6] };
+        let (mut step, mut reports) = (ContactStep::default(), Vec::new());
+        for params in [Some(of_length(0.01)), between, Some(of_length(0.02))].into_iter().flatten()
+        {
+            world.v.fill(DVec3::Z * -9.81 * params.h.get());
+            reports.push(world.correct(&params, &mut step).velocities);
+        }
+        reports.last().copied().flatten().expect("the last step solves")
+    };
+    let idle = StepParams { approach_tolerance: None, ..of_length(0.02) };
+    assert_eq!(third(Some(idle)), third(None));
+}
+
 #[test]
 fn followers_move_with_their_leaders_and_count_with_their_mass() {
     // Particle 3 follows 0, 1 and 2; particle 4 does too, but is fixed.
