@@ -52,6 +52,6 @@ impl Seeds {
 }
 
 /// Returns the corners of the faces at a vertex.
-fn ring(surface: &TriangleSurface, vertex: u32) -> impl Iterator<Item = u32> {
+pub(super) fn ring(surface: &TriangleSurface, vertex: u32) -> impl Iterator<Item = u32> {
     surface.vertex_faces(vertex).iter().flat_map(|&face| surface.faces()[face as usize])
 }

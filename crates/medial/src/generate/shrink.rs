@@ -10,12 +10,15 @@
 //! small angle; a ball that is still too large then stays so. Here such points are skipped, and the
 //! ball shrinks to the other points in it.
 
+use std::borrow::Cow;
+use std::collections::VecDeque;
+
 use glam::DVec3;
 use kdop::Workspace;
 use surface::Aabb;
 use surface::progress::{Interrupted, Progress};
 
-use super::seeds::Seeds;
+use super::seeds::{Seeds, ring};
 use crate::batches::map_in_batches;
 use crate::surface_distance::{SurfaceDistance, SurfaceFoot};
 use crate::{Ball, index};
@@ -83,26 +86,29 @@ pub(super) fn maximal_balls(
     progress: Progress<'_>,
 ) -> Result<Vec<MaximalBall>, Interrupted> {
     // A few trials give the radius to start from.
-    let vertices = &seeds.vertices;
+    let (vertices, normals) = (&seeds.vertices, ball_normals(distance));
     let largest = largest_radius(distance);
     let few: Vec<u32> = vertices.iter().copied().step_by(TRIAL_INTERVAL).collect();
-    let trials = shrink_all(distance, &few, largest, progress.part(0.0, 0.1))?;
+    let trials = shrink_all(distance, &normals, &few, largest, progress.part(0.0, 0.1))?;
     let mut radii: Vec<f64> = trials.iter().map(|trial| trial.ball.radius).collect();
     radii.sort_by(f64::total_cmp);
     let start = radii.get(9 * radii.len() / 10).map_or(largest, |&radius| 1.5 * radius);
-    shrink_all(distance, vertices, start, progress.part(0.1, 1.0))
+    shrink_all(distance, &normals, vertices, start, progress.part(0.1, 1.0))
 }
 
 /// Computes the balls of vertices from one radius.
 fn shrink_all(
     distance: &SurfaceDistance<'_>,
+    normals: &[DVec3],
     vertices: &[u32],
     start: f64,
     progress: Progress<'_>,
 ) -> Result<Vec<MaximalBall>, Interrupted> {
     let largest = largest_radius(distance);
     let shrink = |workspace: &mut Workspace, i: usize| {
-        Trial::new(distance, vertices[i], start, largest).shrink(distance, workspace)
+        let p = distance.x.at(vertices[i]);
+        let trial = Trial { p, normal: normals[vertices[i] as usize], start, largest };
+        trial.shrink(distance, workspace)
     };
     map_in_batches(vertices.len(), VERTICES_PER_BATCH, progress, Workspace::default, shrink)
 }
@@ -114,14 +120,15 @@ pub(super) fn maximal_balls_between(
     at_seeds: &[MaximalBall],
     progress: Progress<'_>,
 ) -> Result<Vec<MaximalBall>, Interrupted> {
-    let largest = largest_radius(distance);
+    let (largest, normals) = (largest_radius(distance), ball_normals(distance));
     let ball = |workspace: &mut Workspace, vertex: usize| {
         let seed = seeds.owners[vertex] as usize;
         if seeds.vertices[seed] as usize == vertex {
             return at_seeds[seed];
         }
         let start = NEIGHBOR_FACTOR * at_seeds[seed].ball.radius;
-        Trial::new(distance, index(vertex), start, largest).shrink(distance, workspace)
+        let p = distance.x.at(index(vertex));
+        Trial { p, normal: normals[vertex], start, largest }.shrink(distance, workspace)
     };
     map_in_batches(seeds.owners.len(), VERTICES_PER_BATCH, progress, Workspace::default, ball)
 }
@@ -131,21 +138,40 @@ fn largest_radius(distance: &SurfaceDistance<'_>) -> f64 {
     0.5 * Aabb::of_points(distance.x.as_slice().iter().copied()).diagonal()
 }
 
-impl Trial {
-    fn new(distance: &SurfaceDistance<'_>, vertex: u32, start: f64, largest: f64) -> Self {
-        let normal = distance.normals.vertices()[vertex as usize];
-        Self { p: distance.x.at(vertex), normal, start, largest }
+/// Returns the normals that balls touch vertices along: those of the vertices. Where the faces of one
+/// have no area, or cancel, it takes the normal of the nearest vertex along edges that has one.
+fn ball_normals<'a>(distance: &'a SurfaceDistance<'_>) -> Cow<'a, [DVec3]> {
+    let normals = distance.normals.vertices();
+    if normals.iter().all(|&normal| normal != DVec3::ZERO) {
+        return Cow::Borrowed(normals);
     }
 
+    // Breadth first, from all vertices that have one.
+    let mut normals = normals.to_vec();
+    let has_normal = |vertex: &u32| distance.normals.vertices()[*vertex as usize] != DVec3::ZERO;
+    let mut reached: VecDeque<u32> = (0..index(normals.len())).filter(has_normal).collect();
+    while let Some(vertex) = reached.pop_front() {
+        for other in ring(distance.surface, vertex) {
+            if normals[other as usize] == DVec3::ZERO {
+                normals[other as usize] = normals[vertex as usize];
+                reached.push_back(other);
+            }
+        }
+    }
+    Cow::Owned(normals)
+}
+
+impl Trial {
     /// Returns the ball of a radius that touches the vertex.
     fn touching(&self, radius: f64) -> Ball {
         Ball::new(self.p - radius * self.normal, radius)
     }
 
-    /// Shrinks the ball, which is first doubled up to the largest radius while it is empty.
+    /// Shrinks the ball, which is first doubled up to the largest radius while it is empty; a point
+    /// where no vertex has a normal.
     fn shrink(&self, distance: &SurfaceDistance<'_>, workspace: &mut Workspace) -> MaximalBall {
         let mut found = MaximalBall {
-            ball: self.touching(self.start),
+            ball: self.touching(if self.normal == DVec3::ZERO { 0.0 } else { self.start }),
             opposite: self.p,
             opposite_normal: self.normal,
             opposite_face: None,
@@ -160,10 +186,11 @@ impl Trial {
                 Some(foot) => {
                     let to_foot = self.p - foot.point;
                     let radius = to_foot.length_squared() / (2.0 * self.normal.dot(to_foot));
+                    let ball = self.touching(radius);
                     found = MaximalBall {
-                        ball: self.touching(radius),
+                        ball,
                         opposite: foot.point,
-                        opposite_normal: distance.normals.faces()[foot.face as usize],
+                        opposite_normal: opposite_normal(distance, &foot, ball),
                         opposite_face: Some(foot.face),
                     };
                 }
@@ -199,4 +226,11 @@ impl Trial {
         let within = ball.radius * (1.0 - EMPTY);
         distance.nearest_where(ball.center, within, workspace, is_counted)
     }
+}
+
+/// Returns the normal of the face that a ball touches, or that of the ball there where the face has no
+/// area.
+fn opposite_normal(distance: &SurfaceDistance<'_>, foot: &SurfaceFoot, ball: Ball) -> DVec3 {
+    let normal = distance.normals.faces()[foot.face as usize];
+    if normal == DVec3::ZERO { (foot.point - ball.center).normalize_or_zero() } else { normal }
 }

@@ -258,3 +258,32 @@ fn each_of_several_sizes_is_as_alone() {
         generate_each(&surface, x, &[20, vertices + 1], &MedialParams::balls(1), Progress::none());
     assert_eq!(refused, Err(many));
 }
+
+/// A vertex on an edge whose faces have no area has no normal, and no ball of its own: the others are
+/// as without it.
+#[test]
+fn vertices_without_a_normal_take_that_of_a_neighbor() {
+    // The first edge of face 0 is straight: two vertices on it, one of them in faces without area.
+    let mut mesh = fixtures::shapes::plate(DVec3::new(16.0, 16.0, 2.0), [16, 16]);
+    let [p, q, r] = mesh.faces[0];
+    let [from, to] = [p, q].map(|vertex| mesh.positions[vertex as usize]);
+    let count = u32::try_from(mesh.positions.len()).expect("a small mesh");
+    let (m, n) = (count, count + 1);
+    mesh.positions.extend([from.lerp(to, 0.5), from.lerp(to, 0.25)]);
+    mesh.faces[0] = [p, m, r];
+    mesh.faces.extend([[m, q, r], [p, q, n], [q, m, n], [m, p, n]]);
+
+    // As the last vertex, and as the first, into whose ball others merge.
+    let mut first = mesh.clone();
+    first.positions.rotate_right(1);
+    for face in &mut first.faces {
+        *face = face.map(|vertex| if vertex == n { 0 } else { vertex + 1 });
+    }
+    for mesh in [mesh, first] {
+        for balls in [60, 100] {
+            let generated = made(&mesh, &MedialParams::balls(balls)).expect("a closed surface");
+            assert!(generated.medial.balls().len() >= balls, "{balls}");
+            assert!(generated.deviation.largest() < 0.7, "{balls}: {:?}", generated.deviation);
+        }
+    }
+}
