@@ -117,20 +117,23 @@ impl<'a> Generator<'a> {
             self.with_balls(balls, part)
         };
 
-        // Doubling.
+        // Doubling. More balls may deviate by more.
         let (mut low, mut high) = (0, MIN_BALLS);
         let mut best = generate(high)?;
+        let (mut reached, mut balls) = (f64::INFINITY, 0);
         while best.deviation.largest() > tolerance {
+            if best.deviation.largest() < reached {
+                (reached, balls) = (best.deviation.largest(), high);
+            }
             if high >= max_balls {
-                let reached = best.deviation.largest();
-                return Err(MedialError::ToleranceNotReached { tolerance, reached, balls: high });
+                return Err(MedialError::ToleranceNotReached { tolerance, reached, balls });
             }
             (low, high) = (high, (2 * high).min(max_balls));
             best = generate(high)?;
         }
 
-        // Bisection, within a tenth of the number.
-        while low > 0 && high - low > (high / 10).max(1) {
+        // Bisection, within a tenth of the number; from no balls at all where the first size did.
+        while high - low > (high / 10).max(1) {
             let middle = low.midpoint(high);
             let found = generate(middle)?;
             if found.deviation.largest() > tolerance {

@@ -119,8 +119,30 @@ fn a_tolerance_is_met_or_refused() {
     let fewest = made(&mesh, &MedialParams::balls(8)).unwrap().deviation.largest();
     let next = made(&mesh, &MedialParams::tolerance(0.99 * fewest)).unwrap();
     assert!(next.deviation.largest() < fewest && next.medial.balls().len() <= 16);
-    let hopeless = made(&mesh, &MedialParams::tolerance(1e-6));
-    assert!(matches!(hopeless, Err(MedialError::ToleranceNotReached { .. })), "{hopeless:?}");
+}
+
+/// One ball is a sphere, up to the facets of its surface.
+#[test]
+fn a_tolerance_takes_no_more_balls_than_it_needs() {
+    let mesh = fixtures::shapes::icosphere(10.0, 3);
+    let generated = made(&mesh, &MedialParams::tolerance(1.0)).expect("a sphere");
+    assert_eq!(generated.medial.balls().len(), 1, "{:?}", generated.deviation);
+}
+
+/// The size is named that came nearest to the tolerance, which is not always the last.
+#[test]
+fn a_refused_tolerance_names_the_smallest_deviation() {
+    let mesh = fixtures::shapes::icosphere(10.0, 3);
+    let refused = made(&mesh, &MedialParams::tolerance(1e-6));
+    let Err(MedialError::ToleranceNotReached { reached, balls, .. }) = refused else {
+        panic!("{refused:?}");
+    };
+    let deviations = [8, 16, 32, 64].map(|count| {
+        let generated = made(&mesh, &MedialParams::balls(count)).expect("a sphere");
+        generated.deviation.largest()
+    });
+    assert!(deviations.iter().all(|deviation| reached <= *deviation), "{deviations:?}");
+    assert_eq!((reached, balls), (deviations[0], 8), "{deviations:?}");
 }
 
 #[test]
