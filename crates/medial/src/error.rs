@@ -65,6 +65,14 @@ pub enum MedialError {
         /// Number of values given.
         got: usize,
     },
+    /// Links to another number of primitives than those of the medial surface.
+    #[error("there are links to {expected} primitives, but the medial surface has {got}")]
+    PrimitiveCount {
+        /// Number of primitives that the links were made for.
+        expected: usize,
+        /// Number of primitives given.
+        got: usize,
+    },
     /// A line of text that does not follow the format.
     #[error("line {line}: {reason}")]
     Text {

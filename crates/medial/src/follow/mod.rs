@@ -17,7 +17,7 @@ mod refit;
 
 use glam::DVec3;
 use kdop::Workspace;
-use surface::{Positions, Term, TriangleSurface, parallel, triangle};
+use surface::{Positions, SurfaceError, Term, TriangleSurface, parallel, triangle};
 
 use self::carriers::find_carriers;
 use self::refit::BallFit;
@@ -62,6 +62,8 @@ pub struct Links {
     /// `starts[k]..starts[k + 1]`.
     carriers: Vec<Term>,
     starts: Vec<usize>,
+    /// Number of primitives of the medial surface.
+    primitives: usize,
 }
 
 /// Number of passes in which [`Links::follow`] refits the balls.
@@ -79,7 +81,8 @@ impl Links {
     ///
     /// # Errors
     ///
-    /// [`MedialError::Tree`] where the bounds of a ball cannot be stored.
+    /// [`MedialError::Tree`] where the bounds of a ball cannot be stored, and
+    /// [`MedialError::Surface`] when `x` is of another surface.
     pub fn new(
         medial: &MedialSurface,
         surface: &TriangleSurface,
@@ -87,6 +90,7 @@ impl Links {
     ) -> Result<Self, MedialError> {
         let tree = PrimitiveTree::new(medial)?;
         let vertices = surface.vertex_count();
+        check_positions(vertices, x)?;
         let links = parallel::map_with(vertices, Workspace::default, |workspace, i| {
             Link::new(medial, &tree, x.as_slice()[i], workspace)
         });
@@ -98,7 +102,7 @@ impl Links {
             carriers.extend(of_ball);
             starts.push(carriers.len());
         }
-        Ok(Self { links, carriers, starts })
+        Ok(Self { links, carriers, starts, primitives: medial.primitives().len() })
     }
 
     /// Returns the link of each vertex.
@@ -128,9 +132,12 @@ impl Links {
     ///
     /// # Errors
     ///
-    /// [`MedialError::BallCount`] when the links are of another medial surface, and
-    /// [`MedialError::InvalidBall`] when positions are so large that a center is not finite;
-    /// `medial` is then unchanged.
+    /// `medial` is unchanged then.
+    ///
+    /// - [`MedialError::BallCount`] or [`MedialError::PrimitiveCount`] when the links are of another
+    ///   medial surface;
+    /// - [`MedialError::Surface`] when `x` is of another surface;
+    /// - [`MedialError::InvalidBall`] when positions are so large that a center is not finite.
     pub fn follow(&self, medial: &mut MedialSurface, x: Positions<'_>) -> Result<(), MedialError> {
         self.follow_in(medial, x, &mut FollowScratch::default())
     }
@@ -170,7 +177,7 @@ impl Links {
         x: Positions<'_>,
         FollowScratch { balls, .. }: &mut FollowScratch,
     ) -> Result<(), MedialError> {
-        self.check_medial(medial)?;
+        self.check(medial, x)?;
         balls.clear();
         for (number, &ball) in (0_u32..).zip(medial.balls()) {
             let carriers = self.carriers(number);
@@ -188,23 +195,36 @@ impl Links {
     ///
     /// # Errors
     ///
-    /// [`MedialError::BallCount`] when the links are of another medial surface.
+    /// As [`Self::follow`], but for [`MedialError::InvalidBall`].
     pub fn refit(
         &self,
         medial: &mut MedialSurface,
         x: Positions<'_>,
         passes: u32,
     ) -> Result<(), MedialError> {
-        self.check_medial(medial)?;
+        self.check(medial, x)?;
         self.refit_balls(medial, x, passes, &mut FollowScratch::default());
         Ok(())
     }
 
-    /// Checks that the links are of this medial surface.
-    fn check_medial(&self, medial: &MedialSurface) -> Result<(), MedialError> {
+    /// Checks that the links are of this medial surface, and of the surface with these positions.
+    fn check(&self, medial: &MedialSurface, x: Positions<'_>) -> Result<(), MedialError> {
         let (expected, got) = (self.starts.len() - 1, medial.balls().len());
-        if expected == got { Ok(()) } else { Err(MedialError::BallCount { expected, got }) }
+        if expected != got {
+            return Err(MedialError::BallCount { expected, got });
+        }
+        let (expected, got) = (self.primitives, medial.primitives().len());
+        if expected != got {
+            return Err(MedialError::PrimitiveCount { expected, got });
+        }
+        check_positions(self.links.len(), x)
     }
+}
+
+/// Checks that there is a position per vertex.
+fn check_positions(vertices: usize, x: Positions<'_>) -> Result<(), MedialError> {
+    let (expected, got) = (vertices, x.as_slice().len());
+    if expected == got { Ok(()) } else { Err(SurfaceError::PositionCount { expected, got }.into()) }
 }
 
 impl Link {

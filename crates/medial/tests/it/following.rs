@@ -5,6 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use glam::{DMat3, DVec3};
 use medial::{Ball, Deviation, FollowScratch, Links, MedialError, MedialSurface, REFIT_PASSES};
+use surface::SurfaceError;
 
 use crate::support::{muscle, with_balls};
 
@@ -104,6 +105,33 @@ fn links_of_another_medial_surface_are_refused() {
     let surface = mesh.surface();
     let error = links.follow(&mut other, surface.positions(&mesh.positions).unwrap()).unwrap_err();
     assert_eq!(error, MedialError::BallCount { expected: 30, got: 1 });
+
+    // As many balls, without cones and slabs.
+    let (_, medial, _) = linked(30);
+    let mut beads = MedialSurface::new(medial.balls().to_vec(), Vec::new(), Vec::new()).unwrap();
+    let x = surface.positions(&mesh.positions).unwrap();
+    let refused = links.refit(&mut beads, x, 1);
+    assert!(matches!(refused, Err(MedialError::PrimitiveCount { .. })), "{refused:?}");
+}
+
+/// Positions of a surface with fewer or more vertices are refused, and move no ball.
+#[test]
+fn positions_of_another_surface_are_refused() {
+    let (mesh, medial, links) = linked(30);
+    let vertices = mesh.positions.len();
+    for other in [fixtures::shapes::cube(9.0), mesh.clone().joined(&mesh)] {
+        let other_surface = other.surface();
+        let x = other_surface.positions(&other.positions).expect("finite");
+        let got = other.positions.len();
+        let error = MedialError::Surface(SurfaceError::PositionCount { expected: vertices, got });
+
+        let mut following = medial.clone();
+        assert_eq!(links.follow(&mut following, x), Err(error));
+        assert_eq!(links.move_centers(&mut following, x), Err(error));
+        assert_eq!(links.refit(&mut following, x, 1), Err(error));
+        assert_eq!(following, medial);
+        assert_eq!(Links::new(&medial, &mesh.surface(), x), Err(error));
+    }
 }
 
 /// The belly stretched and shortened along x with its volume kept, bent by a
