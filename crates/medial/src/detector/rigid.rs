@@ -24,9 +24,10 @@ use super::{
 use crate::{Ball, MedialError};
 
 /// Maximum number of pieces that a primitive is divided into before its smallest evaluated gap is
-/// returned.
+/// reported, whatever that is: a smaller one, within the margin, may be between.
 ///
-/// Only a primitive with centers in the rigid body needs more than some hundred.
+/// Only primitives that are many times larger than their distance from the rigid body need more than
+/// some hundred.
 const MAX_PIECES: usize = 4096;
 
 /// Rigid body as one side of contacts with balls.
@@ -36,7 +37,8 @@ pub struct RigidSide {
     pub state: RigidState,
     /// Bounds of all points of the world within the margin.
     pub bounds: Dop18,
-    /// Gap up to which a contact is reported, `>= 0`.
+    /// Gap up to which every contact is reported, `>= 0`. A contact between balls outside it whose
+    /// gap is larger is reported where the smallest one may be within it.
     pub margin: f64,
     /// Excess over the minimum gap of a primitive that is accepted, `> 0`.
     pub tolerance: f64,
@@ -91,13 +93,17 @@ impl MedialDetector {
     /// then cones and slabs within the margin between balls outside, ascending, at their smallest
     /// gap.
     ///
+    /// The smallest gap is found up to the tolerance, so that it may be beyond the margin by that
+    /// much, or by more in a primitive that is many times larger than its distance. Where the ball
+    /// of that gap is one of the medial surface, it is reported once, among the balls.
+    ///
     /// The distance has to be known at the centers of the balls, which are as deep in the body as
     /// it is thick.
     ///
     /// # Errors
     ///
     /// [`MedialError::DistanceRange`] where a ball may be in contact and the distance of its center
-    /// is unknown.
+    /// is unknown, or of all centers of a primitive.
     pub fn rigid_contacts(
         &self,
         own: &ContactBody<'_>,
@@ -180,7 +186,12 @@ impl<D: Fn(DVec3) -> RigidDistance> Rigid<'_, D> {
                 && let Some(lowest) = self.min_gap(&medial.primitive_balls(primitive), [a, b, c])?
             {
                 let ball = PrimitiveBall { primitive, weights: lowest.weights };
-                between.push(Found { ball, at: lowest.at });
+                let found = Found { ball, at: lowest.at };
+                // Primitives that share the ball of their smallest gap report it once.
+                match single_ball(medial.primitives()[primitive as usize], lowest.weights) {
+                    Some(ball) => _ = balls.entry(ball).or_insert(found),
+                    None => between.push(found),
+                }
             }
         }
 
@@ -209,7 +220,7 @@ impl<D: Fn(DVec3) -> RigidDistance> Rigid<'_, D> {
     }
 
     /// Finds the smallest gap between three balls that are outside the margin; `None` where it is
-    /// outside, too.
+    /// certainly outside, too.
     fn min_gap(
         &self,
         balls: &[Ball; 3],
@@ -218,15 +229,23 @@ impl<D: Fn(DVec3) -> RigidDistance> Rigid<'_, D> {
         let RigidSide { margin, tolerance, .. } = *self.side;
         let mut lowest = lowest_of(None, corners);
         let mut pieces = vec![corners];
-        let mut count = 0;
+        let (mut count, mut may_be_within) = (0, false);
         while let Some(piece) = pieces.pop() {
             let bound = lower_bound(&piece);
+            if bound > margin {
+                continue;
+            }
             let lowest_gap = lowest.map_or(f64::INFINITY, |lowest| lowest.at.gap);
-            if bound > margin || bound >= lowest_gap - tolerance {
+            if bound >= lowest_gap - tolerance {
+                may_be_within = true;
                 continue;
             }
             if count == MAX_PIECES {
-                return Ok(lowest);
+                let unknown = || MedialError::DistanceRange {
+                    known: piece[0].at.gap + piece[0].at.ball.radius,
+                    needed: piece[0].at.gap + piece[0].at.ball.radius + margin - bound,
+                };
+                return lowest.map(Some).ok_or_else(unknown);
             }
             count += 1;
 
@@ -238,7 +257,7 @@ impl<D: Fn(DVec3) -> RigidDistance> Rigid<'_, D> {
             lowest = lowest_of(lowest, [ab, bc, ca]);
             pieces.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
         }
-        Ok(lowest.filter(|lowest| lowest.at.gap - tolerance <= margin))
+        Ok(lowest.filter(|lowest| may_be_within || self.is_contact(&lowest.at)))
     }
 
     /// Evaluates the ball in the middle of two balls of a primitive.
@@ -252,6 +271,15 @@ impl<D: Fn(DVec3) -> RigidDistance> Rigid<'_, D> {
         let at = self.evaluate(Ball::interpolate(balls, weights))?;
         Ok(WeightedGap { weights, at })
     }
+}
+
+/// Returns the ball of a primitive that has all of the weight, if one has.
+fn single_ball(primitive: [u32; 3], weights: [f64; 3]) -> Option<u32> {
+    // Cones have one of their balls twice.
+    primitive.into_iter().find(|ball| {
+        let of_ball = primitive.iter().zip(weights).filter(|(other, _)| *other == ball);
+        of_ball.map(|(_, weight)| weight).sum::<f64>() >= 1.0
+    })
 }
 
 /// Returns the one with the smallest gap, the first of equals; bounds do not count.

@@ -4,7 +4,8 @@ use fixtures::random::Random;
 use glam::{DQuat, DVec3};
 use kdop::Dop18;
 use medial::{
-    Ball, MedialContact, MedialError, MedialFeature, MedialScratch, RigidDistance, RigidSide,
+    Ball, MedialContact, MedialError, MedialFeature, MedialScratch, MedialSurface, RigidDistance,
+    RigidSide,
 };
 use surface::{Pose, RigidState};
 
@@ -133,4 +134,66 @@ fn a_bound_beyond_the_margin_is_no_contact() {
     let scratch = &mut MedialScratch::default();
     let contacts = body.detector.rigid_contacts(&body.body(), &side, distance, scratch);
     assert_eq!(contacts, Ok(Vec::new()));
+}
+
+/// Contacts of six slabs around one ball in the plane z = 0, of radius 1, with a rigid body of this
+/// distance.
+fn contacts_of_a_fan(
+    distance: impl Fn(DVec3) -> RigidDistance,
+    margin: f64,
+    tolerance: f64,
+) -> Result<Vec<MedialContact>, MedialError> {
+    let mut balls = vec![Ball::new(DVec3::ZERO, 1.0)];
+    let mut slabs = Vec::new();
+    for k in 0..6 {
+        let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / 6.0).sin_cos();
+        balls.push(Ball::new(10.0 * DVec3::new(cos, sin, 0.0), 1.0));
+        slabs.push([0, 1 + k, 1 + (k + 1) % 6]);
+    }
+    let medial = MedialSurface::new(balls, Vec::new(), slabs).expect("valid");
+    let mesh = fixtures::shapes::plate(DVec3::new(22.0, 20.0, 2.0), [8, 8]);
+    let body = Detected::from_medial(&mesh, medial, 0.0, 0);
+    let everywhere = Dop18::from_points(&[DVec3::splat(-50.0), DVec3::splat(50.0)]);
+    let state = RigidState::at_rest(Pose::new(DQuat::IDENTITY, DVec3::ZERO));
+    let side = RigidSide { state, bounds: everywhere.inflated(50.0), margin, tolerance };
+    let scratch = &mut MedialScratch::default();
+    body.detector.rigid_contacts(&body.body(), &side, distance, scratch)
+}
+
+/// A cone below the middle comes within the tolerance beyond the margin at the ball that all slabs
+/// share: one contact, not one per slab.
+#[test]
+fn a_ball_that_slabs_share_is_one_contact() {
+    let (margin, tolerance) = (0.1, 0.5);
+    let tip = |height: f64| {
+        let distance = move |p: DVec3| p.z - height + 0.5 * p.truncate().length();
+        let value = move |p| RigidDistance::Value { distance: distance(p), normal: DVec3::Z };
+        contacts_of_a_fan(value, margin, tolerance).expect("a known distance")
+    };
+    let contacts = tip(-1.2);
+    assert_eq!(contacts.len(), 1, "{contacts:?}");
+    let weights = contacts[0].ball.weights;
+    assert!(weights.contains(&1.0), "{weights:?}");
+
+    // Within the margin it is one contact, too, and far from it none.
+    assert_eq!((tip(-1.05).len(), tip(-1.7).len()), (1, 0));
+}
+
+/// A gap that is certainly beyond the margin is no contact, though by less than the tolerance.
+#[test]
+fn gaps_that_are_certainly_beyond_the_margin_are_no_contacts() {
+    let flat = |p: DVec3| RigidDistance::Value { distance: p.z + 20.0, normal: DVec3::Z };
+    assert_eq!(contacts_of_a_fan(flat, 18.6, 0.5), Ok(Vec::new()));
+}
+
+/// Where lower bounds do not exclude a contact between balls, that is reported.
+#[test]
+fn bounds_that_exclude_no_contact_are_refused() {
+    let (margin, tolerance) = (0.1, 0.5);
+    let bound = |excess: f64| {
+        contacts_of_a_fan(|_| RigidDistance::AtLeast(1.0 + margin + excess), margin, tolerance)
+    };
+    assert_eq!(bound(11.0), Ok(Vec::new()));
+    let refused = bound(1e-6);
+    assert!(matches!(refused, Err(MedialError::DistanceRange { .. })), "{refused:?}");
 }
