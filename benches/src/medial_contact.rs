@@ -142,7 +142,7 @@ impl<'a> ContactScene<'a> {
         let offsets = ParticleOffsets::default();
         let mut workspace = Workspace::default();
         let mut detect =
-            || point_contacts(&query, balls.bounds(), &params, offsets, None, &mut workspace);
+            || point_contacts(&query, balls.bounds(), &params, offsets, &mut workspace);
 
         // One detection gives contacts and counts; those after it are timed.
         let (contacts, counts) = detect();

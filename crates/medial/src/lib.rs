@@ -56,7 +56,7 @@
 //! let params = MedialContactParams::new(0.0);
 //! let particles = ParticleOffsets { first_point: 0, first_ball: 2 };
 //! let workspace = &mut Workspace::default();
-//! let (found, _) = point_contacts(&query, on, &params, particles, None, workspace);
+//! let (found, _) = point_contacts(&query, on, &params, particles, workspace);
 //! assert_eq!(found[0].stencil.terms()[0].particle, 0);
 //! assert!((found[0].gap + 2.0).abs() < 0.5 && found[0].normal.z > 0.9, "{found:?}");
 //! # Ok::<(), medial::MedialError>(())
@@ -88,8 +88,8 @@ mod topology;
 pub use crate::ball::Ball;
 pub use crate::detect::{
     CandidatePair, MAX_CONTACTS, MedialBounds, MedialContactParams, ParticleOffsets,
-    PointCandidates, PointContact, PreviousNormals, PrimitiveContact, QueryPoints, TestCounts,
-    point_contacts, point_contacts_among, primitive_contacts, primitive_contacts_among,
+    PointCandidates, PointContact, PrimitiveContact, QueryPoints, TestCounts, point_contacts,
+    point_contacts_among, primitive_contacts, primitive_contacts_among,
 };
 pub use crate::detector::{
     ContactBody, MedialContact, MedialDetector, MedialFeature, MedialScratch, PrimitiveBall,

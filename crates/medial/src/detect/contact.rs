@@ -15,8 +15,7 @@ pub struct PointContact {
     pub primitive: u32,
     /// The ball of the primitive, with its weights.
     pub foot: Foot,
-    /// Unit vector from the center of that ball to the point; see
-    /// [`PreviousNormals`](crate::PreviousNormals).
+    /// Unit vector from the center of that ball to the point.
     pub normal: DVec3,
     /// Sum of the radii of that ball and of the point.
     pub offset: f64,
@@ -47,8 +46,6 @@ pub struct CandidatePair {
 pub(super) struct PointQuery {
     pub(super) point: u32,
     pub(super) ball: Ball,
-    /// Normal of its last contact, or zero.
-    pub(super) previous_normal: DVec3,
 }
 
 impl PointContact {
@@ -62,9 +59,9 @@ impl PointContact {
         let p = query.ball.center;
         let foot = medial.foot(p, primitive, rule);
         let balls = medial.primitive_balls(primitive);
-        let normal = contact_normal(p, &foot, &balls, query.previous_normal);
+        let normal = contact_normal(p, &foot, &balls);
 
-        // The height over the foot is the distance, or less where the point has passed the sheet.
+        // The height over the foot is the distance.
         let height = (p - foot.ball.center).dot(normal);
         let offset = foot.ball.radius + query.ball.radius;
         Self { point: query.point, primitive, foot, normal, offset, gap: height - offset }
@@ -91,29 +88,15 @@ impl PointContact {
     }
 }
 
-/// Computes the unit normal of a contact: the direction from the foot to the point.
-///
-/// It is mirrored at the sheet where the point was on the other side before. Where point and foot
-/// coincide, it is the normal of the sheet, on the side of the previous normal.
-pub(super) fn contact_normal(
-    p: DVec3,
-    foot: &Foot,
-    balls: &[Ball; 3],
-    previous_normal: DVec3,
-) -> DVec3 {
+/// Computes the unit normal of a contact: the direction from the foot to the point. Where they
+/// coincide, every direction is as good: it is the normal of the sheet, or one across the cone.
+pub(super) fn contact_normal(p: DVec3, foot: &Foot, balls: &[Ball; 3]) -> DVec3 {
+    if let Some(normal) = foot.normal(p) {
+        return normal;
+    }
     let [a, b, c] = Ball::centers(balls);
     let sheet = triangle::unit_normal([a, b, c]);
-    if let Some(normal) = foot.normal(p) {
-        let height = normal.dot(sheet);
-        let has_passed = height * previous_normal.dot(sheet) < 0.0;
-        return if has_passed { normal - 2.0 * height * sheet } else { normal };
-    }
-
-    // The point is at a center, from where every direction is as good.
-    if previous_normal != DVec3::ZERO {
-        let side = previous_normal.dot(sheet);
-        if side == 0.0 { previous_normal } else { sheet * side.signum() }
-    } else if sheet != DVec3::ZERO {
+    if sheet != DVec3::ZERO {
         sheet
     } else {
         (b - a).try_normalize().map_or(DVec3::Z, DVec3::any_orthonormal_vector)

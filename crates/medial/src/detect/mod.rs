@@ -25,7 +25,7 @@ mod separation;
 
 pub use self::contact::{CandidatePair, ParticleOffsets, PointContact};
 pub use self::point_search::PointCandidates;
-pub use self::points::{PreviousNormals, QueryPoints, point_contacts, point_contacts_among};
+pub use self::points::{QueryPoints, point_contacts, point_contacts_among};
 pub use self::primitives::{PrimitiveContact, primitive_contacts, primitive_contacts_among};
 use crate::{FootRule, MedialSurface, PrimitiveTree};
 

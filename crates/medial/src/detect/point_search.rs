@@ -53,7 +53,7 @@ impl<'a> PointSearch<'a> {
         pairs: &[CandidatePair],
         out: &mut Vec<PointContact>,
     ) {
-        if self.params.max_contacts == 1 && query.previous_normal == DVec3::ZERO {
+        if self.params.max_contacts == 1 {
             out.extend(self.deepest(query, pairs));
         } else {
             self.find_distinct(query, pairs, out);
@@ -69,9 +69,8 @@ impl<'a> PointSearch<'a> {
     ) {
         let first = out.len();
         for pair in pairs {
-            // A point that has passed the sheet may be far away and in contact.
             let balls = self.medial.primitive_balls(pair.primitive);
-            if query.previous_normal == DVec3::ZERO && self.is_beyond_margin(query, &balls) {
+            if self.is_beyond_margin(query, &balls) {
                 continue;
             }
 

@@ -20,31 +20,6 @@ pub struct QueryPoints<'a> {
     pub radii: Option<&'a [f64]>,
 }
 
-/// Unit normal of the last contact of each point, or zero.
-///
-/// Kept from one step to the next, it distinguishes a point that has passed the middle of the
-/// other object's sheet from one that came from the other side.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PreviousNormals(Vec<DVec3>);
-
-impl PreviousNormals {
-    /// Returns the normals of `points` points without a contact.
-    #[must_use]
-    pub fn new(points: usize) -> Self {
-        Self(vec![DVec3::ZERO; points])
-    }
-
-    /// Returns the normal of one point.
-    ///
-    /// # Panics
-    ///
-    /// When there is no such point.
-    #[must_use]
-    pub fn normal(&self, point: u32) -> DVec3 {
-        self.0[point as usize]
-    }
-}
-
 impl QueryPoints<'_> {
     fn ball(&self, point: u32) -> Ball {
         let radius = self.radii.map_or(0.0, |radii| radii[point as usize]);
@@ -58,18 +33,14 @@ impl QueryPoints<'_> {
 /// balls of the primitive (their numbers plus `first_ball`). Its offset is the sum of the radii.
 /// Contacts are in the order of the points, the smallest gap first.
 ///
-/// `previous`, if given, decides the side of points near the middle of the sheet, and is brought
-/// up to date.
-///
 /// # Panics
 ///
-/// When the trees, radii or previous normals are of other points or primitives.
+/// When the trees or radii are of other points or primitives.
 pub fn point_contacts(
     points: &QueryPoints<'_>,
     on: MedialBounds<'_>,
     params: &MedialContactParams,
     particles: ParticleOffsets,
-    previous: Option<&mut PreviousNormals>,
     workspace: &mut Workspace,
 ) -> (Vec<Contact>, TestCounts) {
     let mut pairs = Vec::new();
@@ -81,8 +52,7 @@ pub fn point_contacts(
     let mut found = Vec::new();
     let ball = |point| points.ball(point);
     let candidates = &mut PointCandidates::default();
-    let counts =
-        point_contacts_among(&mut pairs, ball, on.medial, params, previous, candidates, &mut found);
+    let counts = point_contacts_among(&mut pairs, ball, on.medial, params, candidates, &mut found);
     let mut contacts = Vec::with_capacity(found.len());
     for found in &found {
         contacts.push(found.contact(on.medial, particles));
@@ -98,13 +68,12 @@ pub fn point_contacts(
 ///
 /// # Panics
 ///
-/// When there is no such primitive, or the previous normals are of fewer points.
+/// When there is no such primitive.
 pub fn point_contacts_among(
     pairs: &mut Vec<CandidatePair>,
     ball: impl Fn(u32) -> Ball,
     medial: &MedialSurface,
     params: &MedialContactParams,
-    mut previous: Option<&mut PreviousNormals>,
     candidates: &mut PointCandidates,
     out: &mut Vec<PointContact>,
 ) -> TestCounts {
@@ -114,15 +83,8 @@ pub fn point_contacts_among(
 
     let mut search = PointSearch::new(medial, params, candidates);
     for of_point in pairs.chunk_by(|a, b| a.point == b.point) {
-        let (point, first) = (of_point[0].point, out.len());
-        let previous_normal =
-            previous.as_ref().map_or(DVec3::ZERO, |previous| previous.normal(point));
-        let query = PointQuery { point, ball: ball(point), previous_normal };
-        search.find(&query, of_point, out);
-
-        if let (Some(previous), Some(deepest)) = (previous.as_deref_mut(), out.get(first)) {
-            previous.0[point as usize] = deepest.normal;
-        }
+        let point = of_point[0].point;
+        search.find(&PointQuery { point, ball: ball(point) }, of_point, out);
     }
     search.counts()
 }

@@ -33,7 +33,7 @@ impl PrimitiveContact {
         Self {
             primitives,
             weights: [foot.weights_a, foot.weights_b],
-            normal: contact_normal(foot.a.center, &on_b, &balls, DVec3::ZERO),
+            normal: contact_normal(foot.a.center, &on_b, &balls),
             offset: foot.a.radius + foot.b.radius,
             gap: foot.distance,
         }

@@ -101,7 +101,7 @@ impl MedialDetector {
             max_contacts: self.max_contacts,
         };
         let ball = |vertex| Ball::new(body.tree.position(vertex), 0.0);
-        point_contacts_among(pairs, ball, &self.medial, &params, None, candidates, points);
+        point_contacts_among(pairs, ball, &self.medial, &params, candidates, points);
     }
 }
 

@@ -37,7 +37,7 @@ fn points_and_balls_meet_what_brute_force_meets() {
         let on = MedialBounds { medial: &medial, tree: &PrimitiveTree::new(&medial).unwrap() };
         let particles = ParticleOffsets { first_point: 100, first_ball: 200 };
         let workspace = &mut Workspace::default();
-        let (found, _) = point_contacts(&query, on, &params, particles, None, workspace);
+        let (found, _) = point_contacts(&query, on, &params, particles, workspace);
 
         let at = |k: u32| match k.checked_sub(200) {
             Some(ball) => medial.balls()[ball as usize].center,

@@ -7,10 +7,9 @@ use fixtures::{Mesh, reference, shapes};
 use glam::DVec3;
 use kdop::{Leaves, Tree, Workspace};
 use medial::{
-    Ball, CandidatePair, Deviation, FootRule, MedialBounds, MedialContactParams, MedialParams,
-    MedialScratch, MedialSurface, ParticleOffsets, PointCandidates, PreviousNormals,
-    PrimitiveContact, PrimitiveTree, QueryPoints, foot, pair_foot, point_contacts,
-    point_contacts_among, primitive_contacts, slab_foot,
+    Ball, Deviation, FootRule, MedialBounds, MedialContactParams, MedialParams, MedialScratch,
+    MedialSurface, ParticleOffsets, PrimitiveContact, PrimitiveTree, QueryPoints, foot, pair_foot,
+    point_contacts, primitive_contacts, slab_foot,
 };
 use surface::Contact;
 
@@ -32,17 +31,12 @@ fn sheet(r: f64) -> MedialSurface {
 }
 
 /// Contacts of bare points.
-fn touching(
-    points: &[DVec3],
-    medial: &MedialSurface,
-    params: MedialContactParams,
-    previous: Option<&mut PreviousNormals>,
-) -> Vec<Contact> {
+fn touching(points: &[DVec3], medial: &MedialSurface, params: MedialContactParams) -> Vec<Contact> {
     let tree = Tree::build(Leaves::Points, points).expect("finite points");
     let query = QueryPoints { tree: &tree, points, radii: None };
     let on = MedialBounds { medial, tree: &PrimitiveTree::new(medial).expect("finite balls") };
     let particles = ParticleOffsets { first_point: 0, first_ball: 1000 };
-    point_contacts(&query, on, &params, particles, previous, &mut Workspace::default()).0
+    point_contacts(&query, on, &params, particles, &mut Workspace::default()).0
 }
 
 /// Pairs of primitives that overlap.
@@ -158,7 +152,7 @@ fn projections(phi: f64, max_contacts: usize) -> usize {
     let mut p = DVec3::new(0.3, 0.0, -1.0);
     for step in 0..2000 {
         let params = MedialContactParams { max_contacts, ..MedialContactParams::new(0.0) };
-        let found = touching(&[p], &medial, params, None);
+        let found = touching(&[p], &medial, params);
         if found.iter().all(|contact| contact.gap > -1e-6) {
             return step;
         }
@@ -197,74 +191,33 @@ fn as_f64(count: usize) -> f64 {
 }
 
 /// A point that moves by s per step through a sheet of half thickness r is first detected on the
-/// wrong side, or not at all, with probability max(0, 1 − r/s). Its previous normal decides.
+/// wrong side, or not at all, with probability max(0, 1 − r/s).
 #[test]
-fn previous_normals_keep_the_side() {
+fn points_that_move_by_more_than_a_sheet_change_sides() {
     let r = 2.0;
     let medial = sheet(r);
     for s in [1.0, 2.0, 3.0, 3.9] {
         let phases = 400;
         let mut wrong = 0;
-        let mut wrong_with_previous = 0;
         for phase in 0..phases {
-            // The last place outside, and the first inside or beyond.
+            // The first place inside or beyond.
             let above = r + s * (f64::from(phase) + 0.5) / f64::from(phases);
-            let [before, after] = [above, above - s].map(|z| DVec3::new(1.0, 2.0, z));
-            let found = touching(&[after], &medial, MedialContactParams::new(0.0), None);
+            let after = DVec3::new(1.0, 2.0, above - s);
+            let found = touching(&[after], &medial, MedialContactParams::new(0.0));
             wrong += i32::from(!found.first().is_some_and(|c| c.normal.z > 0.0));
-            let mut previous = PreviousNormals::new(1);
-            touching(&[before], &medial, MedialContactParams::new(s), Some(&mut previous));
-            let found =
-                touching(&[after], &medial, MedialContactParams::new(0.0), Some(&mut previous));
-            let right = found.first().is_some_and(|c| c.normal.z > 0.0);
-            wrong_with_previous += i32::from(!right);
-            if let Some(contact) = found.first() {
-                assert!((contact.gap - (after.z - r)).abs() < 1e-12, "{contact:?}");
-            }
         }
         let share = f64::from(wrong) / f64::from(phases);
         assert!((share - (1.0 - r / s).max(0.0)).abs() < 0.01, "s = {s}: {share}");
-        assert_eq!(wrong_with_previous, 0, "s = {s}");
     }
 }
 
-/// A point that went all the way through is outside the margin, and deep in contact.
-#[test]
-fn a_point_beyond_the_other_side_stays_in_contact() {
-    let medial = sheet(2.0);
-    for max_contacts in 1..=3 {
-        let mut previous = PreviousNormals::new(1);
-        let gap_at = |z: f64, previous: &mut PreviousNormals| {
-            let mut pairs = (0..u32::try_from(medial.primitives().len()).unwrap())
-                .map(|primitive| CandidatePair { point: 0, primitive })
-                .collect();
-            let ball = |_| Ball::new(DVec3::new(1.0, 2.0, z), 0.0);
-            let mut found = Vec::new();
-            let params = MedialContactParams { max_contacts, ..MedialContactParams::new(1.0) };
-            let (previous, memory) = (Some(previous), &mut PointCandidates::default());
-            point_contacts_among(&mut pairs, ball, &medial, &params, previous, memory, &mut found);
-            found.first().map(|contact| contact.gap)
-        };
-        assert_eq!(gap_at(-4.0, &mut PreviousNormals::new(1)), None);
-        assert_eq!(gap_at(2.5, &mut previous), Some(0.5));
-        assert_eq!(gap_at(-4.0, &mut previous), Some(-6.0));
-    }
-}
-
-/// A point exactly in the middle has the sheet's own normal, on its previous side.
+/// A point exactly in the middle has the sheet's own normal.
 #[test]
 fn a_point_in_the_middle_has_a_normal() {
-    let medial = sheet(2.0);
     let middle = DVec3::new(3.0, -4.0, 0.0);
-    for z in [2.5, -2.5] {
-        let mut previous = PreviousNormals::new(1);
-        let above = middle + DVec3::Z * z;
-        touching(&[above], &medial, MedialContactParams::new(1.0), Some(&mut previous));
-        let found =
-            touching(&[middle], &medial, MedialContactParams::new(0.0), Some(&mut previous));
-        assert!((found[0].normal - DVec3::Z * z.signum()).length() < 1e-12, "{found:?}");
-        assert!((found[0].gap + 2.0).abs() < 1e-12);
-    }
+    let found = touching(&[middle], &sheet(2.0), MedialContactParams::new(0.0));
+    assert!((found[0].normal - DVec3::Z).length() < 1e-12, "{found:?}");
+    assert!((found[0].gap + 2.0).abs() < 1e-12, "{found:?}");
 }
 
 /// Of the balls of a muscle that contain a point, the one with the closest center is not the one that
@@ -275,7 +228,7 @@ fn the_deepest_contact_is_kept_not_the_closest() {
     let medial = with_balls(&mesh, 40);
     let params =
         MedialContactParams { max_contacts: 1, ..MedialContactParams::new(f64::MAX.sqrt()) };
-    let kept = touching(&mesh.positions, &medial, params, None);
+    let kept = touching(&mesh.positions, &medial, params);
     let mut squares = [0.0; 2];
     for (contact, &p) in kept.iter().zip(&mesh.positions) {
         let closest = (0_u32..)
@@ -357,7 +310,7 @@ fn a_one_sided_fit_extends_outside() {
 fn friction_acts_at_the_surface() {
     let r = 2.0;
     let p = DVec3::new(3.0, 4.0, r);
-    let contact = touching(&[p], &sheet(r), MedialContactParams::new(0.1), None)[0];
+    let contact = touching(&[p], &sheet(r), MedialContactParams::new(0.1))[0];
     let j = DVec3::X * 5.0;
     let medial = sheet(r);
     let at = |k: u32| if k == 0 { p } else { medial.balls()[k as usize - 1000].center };

@@ -62,7 +62,7 @@ fn a_simplex_sheet_is_detected_after_it_has_moved() {
     let workspace = &mut Workspace::default();
     let params = MedialContactParams::new(0.0);
     let on_shell = MedialBounds { medial: &shell, tree: &on };
-    let (found, _) = point_contacts(&query, on_shell, &params, particles, None, workspace);
+    let (found, _) = point_contacts(&query, on_shell, &params, particles, workspace);
     assert!(found.iter().all(|contact| contact.stencil.terms()[0].particle == 0), "{found:?}");
     let deepest = found[0];
     assert!((-2.0..-0.5).contains(&deepest.gap) && deepest.normal.z > 0.98, "{deepest:?}");

@@ -121,7 +121,7 @@ impl Detector for MedialDetection<'_> {
                 pairs.push(CandidatePair { point, primitive });
             });
             let ball = |point: u32| Ball::new(x[point as usize], 0.0);
-            point_contacts_among(pairs, ball, &balls.medial, params, None, candidates, found);
+            point_contacts_among(pairs, ball, &balls.medial, params, candidates, found);
         }
         Ok(())
     }
