@@ -7,6 +7,7 @@ use std::ops::AddAssign;
 
 use glam::{DMat3, DVec3};
 use surface::triangle;
+use surface::vectors::outer;
 
 /// Quadric `(x − o)·A (x − o) + 2 b·(x − o) + c` about an origin o that all quadrics share,
 /// with the sum of the weights in it.
@@ -31,8 +32,7 @@ impl Quadric {
         }
         let (weight, n) = (0.5 * length, normal / length);
         let d = -n.dot(corners[0]);
-        let outer = DMat3::from_cols(n * n.x, n * n.y, n * n.z);
-        Self { a: outer * weight, b: n * (weight * d), c: weight * d * d, weight }
+        Self { a: outer(n, n) * weight, b: n * (weight * d), c: weight * d * d, weight }
     }
 
     /// Returns the weighted mean at a point given relative to the origin; 0 without planes.

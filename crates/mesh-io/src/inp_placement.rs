@@ -4,6 +4,7 @@
 //! User's Manual", section 8.7.2 of the edition with HDF5 meshes, for their order: the translation is applied before the rotation.
 
 use glam::{DMat3, DVec3};
+use surface::vectors::outer;
 
 use crate::ReadError;
 use crate::copy::max_rounding_in_text;
@@ -163,8 +164,7 @@ fn rotation_matrix(axis: DVec3, degrees: f64) -> DMat3 {
         DVec3::new(-axis.z, 0.0, axis.x),
         DVec3::new(axis.y, -axis.x, 0.0),
     );
-    let outer = DMat3::from_cols(axis * axis.x, axis * axis.y, axis * axis.z);
-    DMat3::IDENTITY * cos + cross * sin + outer * (1.0 - cos)
+    DMat3::IDENTITY * cos + cross * sin + outer(axis, axis) * (1.0 - cos)
 }
 
 #[cfg(test)]

@@ -13,6 +13,7 @@
 //! SIGGRAPH 1998, sections 3 and 5; one Newton step, as there.
 
 use glam::DVec3;
+use surface::vectors::{add_scaled, dot};
 
 use crate::{Accelerations, Implicit, LinearForces, ResponseError, TimeStep, check};
 
@@ -168,8 +169,8 @@ impl<F: LinearForces> System<'_, F> {
             }
             iterations += 1;
             let step = square / curvature;
-            add(&mut x, step, &direction);
-            add(&mut residual, -step, &along);
+            add_scaled(&mut x, step, &direction);
+            add_scaled(&mut residual, -step, &along);
 
             // The next direction is conjugate to all earlier ones.
             let preconditioned = self.precondition(&residual);
@@ -192,14 +193,4 @@ impl<F: LinearForces> System<'_, F> {
 /// Computes the root of a square relative to that at the start; 0 where both are 0.
 fn relative(square: f64, start: f64) -> f64 {
     if start > 0.0 { (square / start).sqrt() } else { 0.0 }
-}
-
-fn add(to: &mut [DVec3], factor: f64, of: &[DVec3]) {
-    for (to, of) in to.iter_mut().zip(of) {
-        *to += factor * *of;
-    }
-}
-
-fn dot(a: &[DVec3], b: &[DVec3]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum()
 }

@@ -18,6 +18,7 @@
 
 use glam::{DMat3, DVec3};
 use surface::Term;
+use surface::vectors::outer;
 
 use crate::contact_rows::ContactRow;
 use crate::{ContactRows, ResponseError, check};
@@ -338,9 +339,4 @@ fn friction(row: &ContactRow<'_>, velocity: DVec3, normal: f64, slip_speed: f64)
     };
     let along = slip.try_normalize().map_or(DMat3::ZERO, |along| outer(along, along));
     (-limit * secant * slip, (plane * secant + along * bend) * -limit)
-}
-
-/// Computes the outer product a bᵀ.
-fn outer(a: DVec3, b: DVec3) -> DMat3 {
-    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
 }

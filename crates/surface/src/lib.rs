@@ -65,6 +65,7 @@ mod total;
 pub mod triangle;
 mod triangle_surface;
 mod union_find;
+pub mod vectors;
 mod winding;
 
 pub use glam;

@@ -9,6 +9,7 @@
 
 use glam::{DMat3, DVec3};
 use surface::progress::{Interrupted, Progress};
+use surface::vectors::{add_scaled, dot, outer};
 
 use crate::{Cell, VolumeMesh};
 
@@ -110,10 +111,9 @@ impl ElasticBody {
 
             // The minimum along the direction; the residual follows without another product.
             let length = square / curvature;
-            for node in 0..u.len() {
-                u[node] += length * direction[node];
-                residual[node] += length * along[node];
-            }
+            add_scaled(&mut u, length, &direction);
+            add_scaled(&mut residual, length, &along);
+
             // The next direction is conjugate to all earlier ones.
             let preconditioned = precondition(&residual, &inverse_blocks);
             let next = dot(&residual, &preconditioned);
@@ -215,11 +215,6 @@ fn hexahedron_gradients(sample: usize) -> [DVec3; 8] {
     })
 }
 
-/// Returns the matrix a bᵀ.
-fn outer(a: DVec3, b: DVec3) -> DMat3 {
-    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
-}
-
 /// Returns a number of steps that no mesh of fair quality needs.
 fn max_steps(node_count: usize) -> usize {
     100 + 3 * node_count
@@ -227,8 +222,4 @@ fn max_steps(node_count: usize) -> usize {
 
 fn precondition(residual: &[DVec3], inverse_blocks: &[DMat3]) -> Vec<DVec3> {
     residual.iter().zip(inverse_blocks).map(|(r, block)| *block * *r).collect()
-}
-
-fn dot(a: &[DVec3], b: &[DVec3]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum()
 }

@@ -8,6 +8,7 @@
 mod setup;
 
 use glam::{DMat3, DVec3};
+use surface::vectors::outer;
 
 use crate::elastic::ElasticProblem;
 use crate::occurrences::Occurrence;
@@ -221,12 +222,12 @@ impl Relaxation {
         // The volume, then rows in force.
         force += volume.force(*gained) * active.area;
         let mut stiffness = DMat3::from_diagonal(DVec3::splat(active.diagonal));
-        stiffness += outer(active.area, volume.penalty);
+        stiffness += outer(volume.penalty * active.area, active.area);
         let shared = before.shared_areas_end as usize..active.shared_areas_end as usize;
         for &RelaxedArea { area, body, gain } in &self.shared_areas[shared.clone()] {
             let (volume, gain) = (&self.volumes[body], &self.shared_gains[gain]);
             force += volume.force(gain.before.get() + gain.gained.get()) * area;
-            stiffness += outer(area, volume.penalty);
+            stiffness += outer(volume.penalty * area, area);
         }
         let in_rows = &self.in_rows[before.rows_end..active.rows_end];
         let (pushed, hessian) = self.add_rows(in_rows, force, stiffness);
@@ -269,7 +270,7 @@ impl Relaxation {
             let push = row.force(row.opening.get());
             if push > 0.0 {
                 force += push * weight * row.normal;
-                stiffness += outer(row.normal, row.penalty * weight * weight);
+                stiffness += outer(row.penalty * weight * weight * row.normal, row.normal);
             }
         }
         (force, stiffness)
@@ -312,12 +313,6 @@ impl Relaxation {
         }
         most
     }
-}
-
-/// Returns `scale · v vᵀ`.
-fn outer(v: DVec3, scale: f64) -> DMat3 {
-    let scaled = scale * v;
-    DMat3::from_cols(v.x * scaled, v.y * scaled, v.z * scaled)
 }
 
 #[cfg(test)]
