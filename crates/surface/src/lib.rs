@@ -13,7 +13,7 @@
 //! - Exact tests: [`triangles_meet`], [`segment_meets_triangle`], [`meet_perturbed`],
 //!   [`ray_crosses_triangle`].
 //! - Closest points: [`closest_on_triangle`], [`closest_between_triangles`] and others.
-//! - Geometry: [`triangle`], [`Aabb`], [`vertex_areas`], [`vertex_normals`], [`mean_edge`].
+//! - Geometry: [`triangle`], [`vectors`], [`Aabb`], [`vertex_areas`], [`vertex_normals`], [`mean_edge`].
 //! - Contacts: [`Contact`], [`Stencil`], [`ContactSide`].
 //! - Rigid motion: [`Pose`], [`RigidState`].
 //! - Tools: [`parallel`], [`progress`], [`UnionFind`], [`Csr`], [`TotalF64`].
