@@ -14,8 +14,8 @@
 //! - Of several contacts of a point, those with the smallest gap are kept, not the one with the
 //!   closest center: up to three with distinct normals, since one is not enough in a groove.
 //! - The foot on a slab is exact, unless the bare face is requested.
-//! - A point at the center of a ball, or beyond the middle of the sheet, takes the side of its
-//!   previous normal.
+//! - A point at the center of a ball has the normal of the sheet. One beyond the middle of the sheet
+//!   is on the other side.
 
 mod contact;
 mod point_search;
