@@ -51,13 +51,14 @@ impl<'a> DataArray<'a> {
         self.element.attribute("format").unwrap_or("ascii")
     }
 
-    /// Returns the numbers of an array of coordinates or of values.
+    /// Returns the numbers of an array of coordinates or of values, text in the number type of the array.
     ///
     /// Compressed arrays of more than `max_count` numbers are refused before they take
     /// memory.
     pub(super) fn floats(&self, max_count: usize) -> Result<Vec<f64>, ReadError> {
         if self.encoding() == "ascii" {
-            return self.ascii();
+            let is_single = self.number_type() == "Float32";
+            return if is_single { self.ascii::<f32>().map(widened) } else { self.ascii() };
         }
         let bytes = self.bytes(max_count)?;
         match self.number_type() {

@@ -210,6 +210,54 @@ fn points_are_replaced_in_every_way_of_writing() {
     }
 }
 
+/// Numbers in text are rounded as those in binary are: a file that is written with its own positions keeps them.
+#[test]
+fn text_is_read_in_the_number_type_of_its_array() {
+    let corners = "0.1 -.7 1e-9 16777217 0.3 0 0 1 0";
+    let points = |kind: &str| {
+        format!(
+            "<Points><DataArray type=\"{kind}\" format=\"ascii\">{corners}</DataArray></Points>"
+        )
+    };
+    let array = |name: &str, content: &str| {
+        format!("<DataArray type=\"Int32\" Name=\"{name}\" format=\"ascii\">{content}</DataArray>")
+    };
+    let (connectivity, offsets) = (array("connectivity", "0 1 2"), array("offsets", "3"));
+    let types = array("types", "5");
+    let vtp = |kind: &str| {
+        format!(
+            "<VTKFile type=\"PolyData\"><PolyData><Piece NumberOfPoints=\"3\" NumberOfPolys=\"1\">\
+             {}<Polys>{connectivity}{offsets}</Polys></Piece></PolyData></VTKFile>",
+            points(kind)
+        )
+    };
+    let vtu = |kind: &str| {
+        format!(
+            "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid>\
+             <Piece NumberOfPoints=\"3\" NumberOfCells=\"1\">{}\
+             <Cells>{connectivity}{offsets}{types}</Cells></Piece></UnstructuredGrid></VTKFile>",
+            points(kind)
+        )
+    };
+    let single = [0.1_f32, -0.7, 1e-9, 16_777_216.0, 0.3, 0.0, 0.0, 1.0, 0.0].map(f64::from);
+    let double = [0.1, -0.7, 1e-9, 16_777_217.0, 0.3, 0.0, 0.0, 1.0, 0.0];
+    for (kind, expected) in [("Float32", single), ("Float64", double)] {
+        for (extension, file) in [("vtp", vtp(kind)), ("vtu", vtu(kind))] {
+            let mesh = parse_mesh(file.as_bytes(), extension).expect(&file);
+            let read: Vec<f64> = mesh.positions.iter().flat_map(DVec3::to_array).collect();
+            assert_eq!(read, expected, "{extension} of {kind}");
+            let written = replace_positions(file.as_bytes(), extension, &mesh.positions);
+            let again = parse_mesh(&written.expect("a file"), extension).expect("a mesh");
+            assert_eq!(again.positions, mesh.positions, "{extension} of {kind}");
+        }
+    }
+
+    // Beyond the range of its type, a number is no coordinate.
+    let beyond = vtp("Float32").replace("16777217", "1e39");
+    let error = read(beyond.as_bytes()).expect_err("a number too large").to_string();
+    assert!(error.contains("not finite"), "{error}");
+}
+
 #[test]
 fn a_written_surface_reads_back() {
     let Mesh { positions, faces, .. } = planted();
