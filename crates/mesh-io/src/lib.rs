@@ -56,6 +56,7 @@ mod inp_tests;
 mod mesh;
 mod mesh_format;
 mod msh;
+mod msh_copies;
 mod msh_elements;
 mod msh_groups;
 mod nrrd;

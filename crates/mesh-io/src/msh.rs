@@ -4,13 +4,15 @@
 //! This reader is not a crate's, because places matter: nodes keep their order, and a file is
 //! written again with other coordinates and all else as it was. Points and lines are skipped, and so are
 //! surface elements where there are solids, which are counted where they stand apart from these; other
-//! elements are refused. Physical groups are parts, in a module of their own.
+//! elements are refused. Physical groups are parts, in a module of their own, and so are elements that a file has once
+//! per group.
 //!
 //! Source: C. Geuzaine and J.-F. Remacle, "Gmsh reference manual", section "MSH file format".
 
 use std::collections::BTreeMap;
 
 use crate::mesh::{Mesh, Polygons};
+use crate::msh_copies::{GroupCopies, TaggedElement};
 use crate::msh_elements::{
     CURVED_SURFACES, MSH, MshElement, QUADRILATERAL, TRIANGLE, WITHOUT_VOLUME, solid,
 };
@@ -179,20 +181,22 @@ impl MshContent {
     /// Reads elements of version 2: number, type, tags, nodes.
     fn read_elements(&mut self, lines: &mut Lines<'_>) -> Result<(), ReadError> {
         let [count] = counts(&needed(lines)?)?;
+        let mut copies = group_copies(lines.clone(), count);
         for _ in 0..count {
             let line = needed(lines)?;
             let numbers = numbers(&line)?;
-            let (Some(&element), Some(&kind), Some(&tags)) =
-                (numbers.first(), numbers.get(1), numbers.get(2))
-            else {
+            let Some(element) = TaggedElement::new(&numbers) else {
                 return Err(MSH.on_line(line.number, "an element has a number, a type and tags"));
             };
-            // Nodes stand behind as many tags as the element says, of which the first one is its group.
-            let first = usize::try_from(tags).unwrap_or(usize::MAX).saturating_add(3);
-            let nodes = numbers.get(first..).unwrap_or_default();
-            let groups = if tags == 0 { &[] } else { numbers.get(3..4).unwrap_or_default() };
-            let at = FilePlace::Line(line.number);
-            self.push_element(&MshElement { at, number: element, kind, groups, nodes })?;
+            let first = copies.first_copy(element);
+            self.push_element(&MshElement {
+                at: FilePlace::Line(line.number),
+                number: first.unwrap_or(element.number),
+                is_copy: first.is_some(),
+                kind: element.kind,
+                groups: element.groups(),
+                nodes: element.nodes,
+            })?;
         }
         Ok(())
     }
@@ -210,8 +214,9 @@ impl MshContent {
                 let Some((&number, nodes)) = numbers.split_first() else {
                     return Err(MSH.on_line(line.number, "an element begins with its number"));
                 };
-                let at = FilePlace::Line(line.number);
-                self.push_element(&MshElement { at, number, kind, groups: &groups, nodes })?;
+                let (at, is_copy) = (FilePlace::Line(line.number), false);
+                let groups = &groups[..];
+                self.push_element(&MshElement { at, number, is_copy, kind, groups, nodes })?;
             }
         }
         Ok(())
@@ -223,6 +228,7 @@ impl MshContent {
         let has_surface = self.elements == MeshElements::Polygons;
         match kind {
             _ if let Some(groups) = groups => groups.push(element, known)?,
+            _ if element.is_copy => {}
             _ if let Some(solid) = solid(kind) => {
                 cells.push(number, solid, &element.indices(known, solid.node_count())?);
             }
@@ -238,6 +244,21 @@ impl MshContent {
         }
         Ok(())
     }
+}
+
+/// Returns the groups of the elements on some lines, of which those that are not readable are refused later.
+fn group_copies(lines: Lines<'_>, count: u64) -> GroupCopies {
+    let mut copies = GroupCopies::default();
+    for (_, line) in (0..count).zip(lines) {
+        // Number, type, number of tags, group and entity.
+        let words = placed_words(line.text, line.start).take(5);
+        let numbers = words.map(|word| number::<i64>(word.text).map(i64::unsigned_abs));
+        let numbers: Option<Vec<u64>> = numbers.collect();
+        if let Some(element) = numbers.as_deref().and_then(TaggedElement::new) {
+            copies.add_group(element);
+        }
+    }
+    copies
 }
 
 /// Returns the next line, which a header has promised.

@@ -51,7 +51,10 @@ const HEXAHEDRON_EDGES: [[usize; 2]; 12] = [
 #[derive(Debug)]
 pub(crate) struct MshElement<'a> {
     pub(crate) at: FilePlace,
+    /// Number of the element, of the first copy where the file has it once per group.
     pub(crate) number: u64,
+    /// True if it is the same element as one before, in another group.
+    pub(crate) is_copy: bool,
     pub(crate) kind: u64,
     /// Numbers of the physical groups that it is in.
     pub(crate) groups: &'a [u64],

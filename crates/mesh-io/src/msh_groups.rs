@@ -96,18 +96,18 @@ impl MshGroups {
         known: &TextNodes,
     ) -> Result<(), ReadError> {
         let Self { names, solids, surfaces, curved, .. } = self;
-        let MshElement { number, kind, nodes, groups, .. } = *element;
+        let MshElement { number, is_copy, kind, nodes, .. } = *element;
         let corner_count = match kind {
             _ if let Some(solid) = solid(kind) => {
                 let nodes = element.indices(known, solid.node_count())?;
-                solids.push(names, groups, |part| {
+                solids.push(names, element, |part| {
                     part.cells.push(number, solid, &nodes);
                 });
                 return Ok(());
             }
             TRIANGLE => 3,
             QUADRILATERAL => 4,
-            _ if CURVED_SURFACES.contains(&kind) => {
+            _ if CURVED_SURFACES.contains(&kind) && !is_copy => {
                 let curved = curved.entry(format!("element type {kind}")).or_default();
                 curved.push(known.known_indices(nodes));
                 return Ok(());
@@ -115,7 +115,7 @@ impl MshGroups {
             _ if WITHOUT_VOLUME.contains(&kind) => return Ok(()),
             _ => {
                 let nodes = element.indices(known, nodes.len())?;
-                solids.push(names, groups, |part| {
+                solids.push(names, element, |part| {
                     part.refuse(&kind.to_string(), true);
                     part.other_nodes.extend(&nodes);
                 });
@@ -123,7 +123,7 @@ impl MshGroups {
             }
         };
         let nodes = element.indices(known, corner_count)?;
-        surfaces.push(names, groups, |part| part.polygons.push_nodes(&nodes));
+        surfaces.push(names, element, |part| part.polygons.push_nodes(&nodes));
         Ok(())
     }
 
@@ -208,11 +208,12 @@ impl GroupedElements {
     fn push(
         &mut self,
         names: &BTreeMap<Key, String>,
-        groups: &[u64],
+        element: &MshElement<'_>,
         mut add: impl FnMut(&mut Part),
     ) {
-        self.count += 1;
-        for number in if groups.is_empty() { &[0] } else { groups } {
+        let groups = if element.groups.is_empty() { &[0] } else { element.groups };
+        self.count += usize::from(!element.is_copy);
+        for number in groups {
             let next = self.groups.len();
             let place = *self.place_of.entry(*number).or_insert(next);
             if place == next {

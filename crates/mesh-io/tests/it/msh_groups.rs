@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use glam::DVec3;
 use mesh_io::{
-    Mesh, ReadError, move_nodes, nodes_by_part, parse_mesh, parse_parts, part_names, set_names,
+    Mesh, ReadError, move_nodes, nodes_by_part, parse_mesh, parse_parts, part_names,
+    replace_positions, set_names,
 };
 
 use crate::{Random, damaged};
@@ -138,6 +139,106 @@ fn groups_of_the_same_elements_are_no_bodies_beside_each_other() {
     assert!(parts["volume 8"].is_whole && !parts["base"].is_whole, "all elements of the file");
 }
 
+/// Gmsh writes an element of version 2 once for each of its groups, and turned over for one with a negative number.
+const COPIES: [(&str, &str); 4] = [
+    ("2 4 2 2 1 1 2 3 4\n", "20 4 2 8 1 2 1 3 4\n"),
+    ("4 4 2 2 1 4 2 3 5\n", "21 4 3 8 1 1 4 2 3 5\n"),
+    ("6 2 2 9 3 11 12 13\n", "22 2 2 11 3 11 13 12\n"),
+    ("7 2 2 9 3 12 14 13\n", "23 2 2 11 3 12 14 13\n"),
+];
+
+/// Returns version 2 with copies of some elements: behind each, as Gmsh writes them, or at the end.
+fn with_copies(copies: &[(&str, &str)], are_together: bool) -> String {
+    let count = 7 + copies.len();
+    let mut model = MODEL.replace("$Elements\n7\n", &format!("$Elements\n{count}\n"));
+    for (element, copy) in copies {
+        model = if are_together {
+            model.replace(element, &format!("{element}{copy}"))
+        } else {
+            model.replace("$EndElements", &format!("{copy}$EndElements"))
+        };
+    }
+    model
+}
+
+#[test]
+fn copies_of_an_element_are_one_in_several_groups() {
+    // The same in version 4.1, where an entity is in two groups.
+    let solids = |model: &str| model.replace("1 2 1 2 1 -1", "1 2 2 2 8 1 -1");
+    let base = |model: &str| model.replace("1 0 1 4 1 1", "1 0 2 4 8 1 1");
+    let bone = |model: &str| model.replace("1 .5 1 9 0", "1 .5 2 9 11 0");
+    let base_copy = ("5 6 2 4 2 6 7 8 1 2 3\n", "24 6 2 8 2 6 7 8 1 2 3\n");
+    let [lower, upper, first, second] = COPIES;
+    for (copies, model_4) in [
+        (vec![lower, upper], solids(MODEL_4)),
+        (vec![lower, upper, base_copy], base(&solids(MODEL_4))),
+        (vec![first, second], bone(MODEL_4)),
+        (vec![lower, upper, first, second], bone(&solids(MODEL_4))),
+    ] {
+        let model = with_copies(&copies, true);
+        assert_eq!(bodies(&model), bodies(&model_4), "{model}");
+        let sets = set_names(model.as_bytes(), "msh").expect(&model);
+        assert_eq!(sets, set_names(model_4.as_bytes(), "msh").expect(&model_4), "{model}");
+        for model in [&model, &with_copies(&copies, false)] {
+            for set in &sets {
+                let [two, four] = [model, &model_4].map(|model| part(model, &[set]).expect(model));
+                assert_eq!(two.faces.len(), four.faces.len(), "{set} of {model}");
+                assert_eq!(two.nodes, four.nodes, "{set} of {model}");
+                let numbers = |mesh: Mesh| {
+                    mesh.volume.map(|volume| (volume.cell_numbers, volume.node_numbers))
+                };
+                assert_eq!(numbers(two), numbers(four), "{set} of {model}");
+            }
+
+            // Together they are one body with each element once, and stay in the file.
+            let [once, twice] =
+                [MODEL, model].map(|model| parse_mesh(model.as_bytes(), "msh").expect(model));
+            assert_eq!(once, twice, "{model}");
+            let nodes = once.volume.expect("solids").nodes;
+            let same = replace_positions(model.as_bytes(), "msh", &nodes).expect(model);
+            assert!(same == model.as_bytes(), "{model}");
+        }
+    }
+
+    // Of surfaces alone, each has as many faces as elements.
+    let surfaces = MODEL_OF_SURFACES.replace("COPY", "");
+    let twice =
+        MODEL_OF_SURFACES.replace("COPY", "22 2 2 11 3 1 3 2\n").replace("\n2\n1 2", "\n3\n1 2");
+    let [once, twice] =
+        [surfaces, twice].map(|model| parse_mesh(model.as_bytes(), "msh").expect("a surface"));
+    assert_eq!((once.faces.len(), once), (2, twice));
+}
+
+/// Two triangles, with a place for a copy of the first one.
+const MODEL_OF_SURFACES: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n\
+    4 0 0 1\n$EndNodes\n$Elements\n2\n1 2 2 9 3 1 2 3\nCOPY2 2 2 9 3 2 1 4\n$EndElements\n";
+
+/// In one group, or of several entities, elements with the same nodes are two.
+#[test]
+fn elements_of_one_group_with_the_same_nodes_are_no_copies() {
+    let model = |others: &[&str]| {
+        format!(
+            "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$EndNodes\n\
+             $Elements\n{}\n1 4 2 2 1 1 2 3 4\n{}$EndElements\n",
+            1 + others.len(),
+            others.concat()
+        )
+    };
+    for others in [
+        &["2 4 2 2 1 1 2 3 4\n"][..],
+        &["2 4 2 0 1 1 2 3 4\n"],
+        &["2 4 0 1 2 3 4\n"],
+        &["2 4 2 8 5 1 2 3 4\n"],
+        &["3 4 2 8 1 1 2 3 4\n", "2 4 2 8 1 2 1 3 4\n"],
+    ] {
+        let model = model(others);
+        let message = parse_mesh(model.as_bytes(), "msh").expect_err(&model).to_string();
+        assert_eq!(message, "elements 1 and 2 have the same nodes", "{model}");
+    }
+    let copies = model(&["3 4 2 8 1 1 2 3 4\n", "2 4 2 9 1 2 1 3 4\n"]);
+    assert_eq!(parse_mesh(copies.as_bytes(), "msh").expect("one element").faces.len(), 4);
+}
+
 #[test]
 fn parts_that_cannot_be_read_are_refused_where_they_are_wanted() {
     let pyramid = MODEL.replace("5 6 2 4 2 6 7 8 1 2 3", "5 7 2 4 2 6 7 8 1 2");
@@ -193,8 +294,9 @@ fn patches_of_one_surface_are_one_body() {
 #[test]
 fn damaged_groups_never_panic() {
     let mut random = Random(77);
-    for round in 0..2_000 {
-        let model = if round % 2 == 0 { MODEL } else { MODEL_4 };
+    let copies = with_copies(&COPIES, true);
+    for round in 0..3_000 {
+        let model = [MODEL, MODEL_4, &copies][round % 3];
         let file = damaged(model.as_bytes(), &mut random);
         let Ok(known) = set_names(&file, "msh") else { continue };
         for part in &known {
