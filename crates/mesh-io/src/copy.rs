@@ -90,6 +90,15 @@ pub(crate) fn position(
     positions.get(vertex).copied().ok_or_else(missing)
 }
 
+/// Places of the coordinates of a position in text.
+#[derive(Clone, Debug)]
+pub(crate) struct CoordinatePlaces {
+    /// Bytes of each coordinate, none at the end of those that are given for those that are left out.
+    pub(crate) bytes: [Range<usize>; 3],
+    /// Number of coordinates that are given: others are 0.
+    pub(crate) given: usize,
+}
+
 /// Copy of a file in which places, in ascending order, get other content.
 #[derive(Debug)]
 pub(crate) struct Copy<'a> {
@@ -121,6 +130,7 @@ impl<'a> Copy<'a> {
         // Text is read in the number type of the file: 0.1 stands for the single nearest to it.
         let text = self.file.get(place.clone()).unwrap_or_default();
         let is_same = match precision {
+            _ if text.is_empty() => value == 0.0,
             Precision::Single => number(text) == Some(single(value)),
             Precision::Double | Precision::TwentyCharacters => number(text) == Some(value),
         };
@@ -129,15 +139,25 @@ impl<'a> Copy<'a> {
         }
     }
 
-    /// Replaces the coordinates of a position in text.
+    /// Replaces the coordinates of a position in text, and adds those that are left out up to the last one that is
+    /// not 0, behind commas.
     pub(crate) fn put_position(
         &mut self,
-        places: &[Range<usize>; 3],
+        places: &CoordinatePlaces,
         x: DVec3,
         precision: Precision,
     ) {
-        for (place, value) in places.iter().zip(x.to_array()) {
-            self.put_number(place.clone(), value, precision);
+        let CoordinatePlaces { bytes, given } = places;
+        let coordinates = x.to_array();
+        let (given, left_out) = coordinates.split_at(*given);
+        for (place, value) in bytes.iter().zip(given) {
+            self.put_number(place.clone(), *value, precision);
+        }
+
+        let count = left_out.iter().rposition(|value| *value != 0.0).map_or(0, |last| last + 1);
+        let added = left_out[..count].iter().map(|value| format!(", {}", precision.text(*value)));
+        if count > 0 {
+            self.put(bytes[2].clone(), added.collect::<String>().as_bytes());
         }
     }
 

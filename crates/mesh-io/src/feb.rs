@@ -304,7 +304,7 @@ impl<'a> Model<'a> {
         let fields = placed_fields(&self.file[bytes.clone()], bytes.start, b',');
         match item {
             Item::Node { number } => {
-                self.content.nodes.push(&FEB, &at, number, fields, crate::text::number)
+                self.content.nodes.push(&FEB, &at, number, fields, crate::text::number, None)
             }
             Item::Element { number: element, element_type, part } => {
                 self.numbers.clear();

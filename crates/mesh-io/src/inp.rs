@@ -235,10 +235,14 @@ impl InpReader {
 
     fn read_node(&mut self, line: &Line<'_>) -> Result<(), ReadError> {
         let mut fields = placed_fields(line.text, line.start, b',');
-        let Some(node) = fields.next().and_then(|field| number(field.text)) else {
+        let first = fields.next().and_then(|field| Some((number(field.text)?, field.place.end)));
+        let Some((node, end)) = first else {
             return Err(INP.on_line(line.number, "a node begins with its number"));
         };
-        self.content.nodes.push(&INP, &FilePlace::Line(line.number), node, fields, real)
+
+        // Coordinates that are left out are 0.
+        let at = FilePlace::Line(line.number);
+        self.content.nodes.push(&INP, &at, node, fields, real, Some(end))
     }
 
     /// Reads a line of an element of some nodes, which may continue the line above.

@@ -348,7 +348,7 @@ impl InpModel {
         }
 
         // Instances may be in another order than the parts that have their coordinates.
-        moved.sort_by_key(|(places, _)| places[0].start);
+        moved.sort_by_key(|(places, _)| places.bytes[0].start);
         let mut copy = Copy::new(file);
         for (places, x) in moved {
             copy.put_position(places, x, precision);

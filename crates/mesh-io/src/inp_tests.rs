@@ -33,6 +33,35 @@ fn coordinates_and_elements_that_stand_elsewhere_are_refused() {
     }
 }
 
+/// Coordinates that are left out are 0, as those of plane models are.
+#[test]
+fn coordinates_may_be_left_out() {
+    let file = |nodes: [&str; 4]| {
+        let [a, b, c, d] = nodes;
+        format!("*Node\n{a}\n{b}\n{c}\n{d}\n*Element, type=CPE3\n5, 1, 2, 3\n6, 2, 4, 3\n")
+    };
+    let plane = ["1", "2, 2.", "3, 0., 1.", "4, 2., 1.5,"];
+    let x = [[0.0, 0.0], [2.0, 0.0], [0.0, 1.0], [2.0, 1.5]].map(|[x, y]| DVec3::new(x, y, 0.0));
+    let out_of_plane = ["1, 0.0, 0.0, 0.5", "2, 2., 0.0, 0.5", "3, 0., 1., 0.5", "4, 2., 1.5,0.5"];
+    let turned = ["1", "2, 0.0, 2.0", "3, 1.0, 0.0", "4, 1.5, 2.0,"];
+    for (moved, expected) in [
+        (x, plane),
+        (x.map(|x| x + 0.5 * DVec3::Z), out_of_plane),
+        (x.map(|x| DVec3::new(x.y, x.x, 0.0)), turned),
+    ] {
+        for end in ["\n", "\r\n", " \r\n", "\r"] {
+            let [content, expected] = [plane, expected].map(|nodes| file(nodes).replace('\n', end));
+            let mesh = parse(content.as_bytes()).expect(&content);
+            assert_eq!((&mesh.positions[..], mesh.faces.len()), (&x[..], 2), "{content}");
+            let written = crate::replace_positions(content.as_bytes(), "inp", &moved);
+            let written = written.expect(&content);
+            assert_eq!(String::from_utf8(written).expect("text"), expected);
+            let read = parse(expected.as_bytes()).expect(&expected);
+            assert_eq!(read.positions, moved, "{expected}");
+        }
+    }
+}
+
 #[test]
 fn coordinates_have_exponents_of_fortran_and_may_be_blank() {
     let file = |first: &str, second: &str| {
@@ -52,6 +81,13 @@ fn coordinates_have_exponents_of_fortran_and_may_be_blank() {
     let written = crate::replace_positions(content.as_bytes(), "inp", &moved).expect("a copy");
     let written = String::from_utf8(written).expect("text");
     assert_eq!(nodes(&written).expect(&written), moved, "{written}");
+
+    // Where only one coordinate moves, blanks stay, and lines end as they did.
+    let content = file(" , ,0.", "1.,0., ").replace('\n', "\r\n");
+    let moved = [DVec3::Z, DVec3::new(1.0, 0.0, 8.0), DVec3::Y, DVec3::Z];
+    let written = crate::replace_positions(content.as_bytes(), "inp", &moved).expect("a copy");
+    let expected = file(" , ,1.0", "1.,0.,8.0 ").replace('\n', "\r\n");
+    assert_eq!(String::from_utf8(written).expect("text"), expected);
 
     for wrong in ["1.D, 0, 0", "1.D0D0, 0, 0", "D, 0, 0", "1.F0, 0, 0", "1 D0, 0, 0"] {
         let error = parse(file(wrong, "1, 0, 0").as_bytes()).expect_err(wrong).to_string();

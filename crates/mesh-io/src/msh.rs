@@ -153,7 +153,7 @@ impl MshContent {
             let Some(node) = words.next().and_then(|word| number(word.text)) else {
                 return Err(MSH.on_line(line.number, "a node begins with its number"));
             };
-            self.nodes.push(&MSH, &FilePlace::Line(line.number), node, words, number)?;
+            self.nodes.push(&MSH, &FilePlace::Line(line.number), node, words, number, None)?;
         }
         Ok(())
     }
@@ -172,7 +172,7 @@ impl MshContent {
             for node in nodes {
                 let line = needed(lines)?;
                 let words = placed_words(line.text, line.start);
-                self.nodes.push(&MSH, &FilePlace::Line(line.number), node, words, number)?;
+                self.nodes.push(&MSH, &FilePlace::Line(line.number), node, words, number, None)?;
             }
         }
         Ok(())

@@ -127,9 +127,11 @@ pub(crate) fn placed_fields(
     separator: u8,
 ) -> impl Iterator<Item = PlacedWord<'_>> {
     placed(line, start, move |&byte| byte == separator).map(|field| {
-        let blanks = field.text.len() - field.text.trim_ascii_start().len();
         let text = field.text.trim_ascii();
-        let first = field.place.start + blanks;
+        let blanks = field.text.len() - field.text.trim_ascii_start().len();
+
+        // A blank field stands at once behind its separator, before the end of the line.
+        let first = field.place.start + if text.is_empty() { 0 } else { blanks };
         PlacedWord { text, place: first..first + text.len() }
     })
 }

@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use glam::DVec3;
 
+use crate::copy::CoordinatePlaces;
 use crate::error::Format;
 use crate::inp_placement::Placement;
 use crate::text::{PlacedWord, quoted};
@@ -15,35 +16,42 @@ use crate::{FilePlace, ReadError};
 #[derive(Debug, Default)]
 pub(crate) struct TextNodes {
     pub(crate) numbered: NumberedNodes,
-    /// Bytes of the coordinates of each node.
-    pub(crate) places: Vec<[Range<usize>; 3]>,
+    /// Places of the coordinates of each node.
+    pub(crate) places: Vec<CoordinatePlaces>,
     /// Index of each node, by its number in the file.
     index_of: HashMap<u64, u32>,
 }
 
 impl TextNodes {
     /// Adds a node, which stands at a place of the file, with the first three words behind its number, each parsed by
-    /// `number`.
+    /// `number`. Coordinates may be left out where the place is given at which their number ends.
     pub(crate) fn push<'a>(
         &mut self,
         format: &Format,
         at: &FilePlace,
         node: u64,
-        mut words: impl Iterator<Item = PlacedWord<'a>>,
+        words: impl Iterator<Item = PlacedWord<'a>>,
         number: impl Fn(&[u8]) -> Option<f64>,
+        end_of_number: Option<usize>,
     ) -> Result<(), ReadError> {
         let mut position = DVec3::ZERO;
-        let mut places = [0..0, 0..0, 0..0];
-        for axis in 0..3 {
-            let Some(word) = words.next() else {
-                return Err(format.malformed(at.clone(), "a node needs three coordinates"));
-            };
+        let (mut bytes, mut given) = ([0..0, 0..0, 0..0], 0);
+        for (axis, word) in words.take(3).enumerate() {
             let Some(coordinate) = number(word.text) else {
                 let problem = format!("{} is not a number", quoted(word.text));
                 return Err(format.malformed(at.clone(), problem));
             };
             position[axis] = coordinate;
-            places[axis] = word.place;
+            (bytes[axis], given) = (word.place, axis + 1);
+        }
+
+        // Coordinates that are left out would stand behind the last one.
+        if given < 3 {
+            let Some(end_of_number) = end_of_number else {
+                return Err(format.malformed(at.clone(), "a node needs three coordinates"));
+            };
+            let end = bytes[..given].last().map_or(end_of_number, |last| last.end);
+            bytes[given..].fill(end..end);
         }
 
         // A number that comes twice would leave two nodes with one name.
@@ -54,7 +62,7 @@ impl TextNodes {
         }
         self.numbered.positions.push(position);
         self.numbered.numbers.push(node);
-        self.places.push(places);
+        self.places.push(CoordinatePlaces { bytes, given });
         Ok(())
     }
 

@@ -185,7 +185,7 @@ fn defects_are_named_with_their_place() {
 
     let cases = [
         (inp("8, 51, 71", "8, 51, 99"), "INP file: line 19: node 99 is not defined above"),
-        (inp("21, 1., 0, 0", "21, 1., 0"), "INP file: line 6: a node needs three coordinates"),
+        (msh("21 1 0 0", "21 1 0"), "MSH file: line 7: a node needs three coordinates"),
         (inp("21, 1., 0, 0", "21, 1., O, 0"), "INP file: line 6: 'O' is not a number"),
         (inp("21, 1., 0, 0", "11, 1., 0, 0"), "INP file: line 6: node 11 is defined again"),
         (inp("7, 51, 61, 71, 91", "7, 51, 61"), "an element of 4 nodes has 2"),
