@@ -88,6 +88,7 @@ impl MshContent {
                 b"$Nodes" => self.read_nodes(&mut lines)?,
                 b"$Elements" if is_blocked => self.read_element_blocks(&mut lines)?,
                 b"$Elements" => self.read_elements(&mut lines)?,
+                b"$NOD" | b"$ELM" => return Err(MSH.unsupported("version '1'")),
                 b"$ParametricNodes" => return Err(MSH.unsupported("parametric nodes")),
                 _ => {}
             }

@@ -46,6 +46,9 @@ pub(crate) const MSH_4: &str = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\
     91\n0 0 1\n1 0 1\n1 1 1\n0 1 1\n0.5 0.5 1.75\n$EndNodes\n$Elements\n3 4 1 8\n2 1 2 1\n1 11 21 31\n\
     3 1 5 1\n3 11 21 31 41 51 61 71 81\n3 1 4 2\n7 51 61 71 91\n8 51 71 81 91\n$EndElements\n";
 
+const MSH_1: &str =
+    "$NOD\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n$ENDNOD\n$ELM\n1\n1 4 1 1 4 1 2 3 4\n$ENDELM\n";
+
 fn vtu() -> String {
     let mesh = VolumeMesh::new(NODES.len(), cells()).expect("valid nodes");
     write_vtu(&NODES.map(DVec3::from_array), &mesh, &[], None)
@@ -201,6 +204,10 @@ fn defects_are_named_with_their_place() {
         (inp("7, 51, 61, 71, 91", "7, 51, 61, 51, 91"), "element 7 has node 51 twice: save it"),
         (msh("2.2 0 8", "2.2 1 8"), "MSH file: binary data cannot be read; save it as text"),
         (msh("2.2 0 8", "4 0 8"), "version '4' cannot be read"),
+        (
+            refusal("msh", MSH_1.to_owned()),
+            "MSH file: version '1' cannot be read; save it as text in version 4.1 or 2.2",
+        ),
         (msh("7 4 2 1 1", "7 7 2 1 1"), "element type 7 cannot be read"),
         (msh("7 4 2 1 1", "7 11 2 1 1"), "MSH file: line 20: an element of 10 nodes has 4"),
         (msh("51 61 71 91", "51 61 71 92"), "MSH file: line 20: node 92 is not defined above"),
