@@ -89,8 +89,8 @@ pub enum ReadError {
         /// Number of vertices.
         vertices: usize,
     },
-    /// 32-bit indices cannot number all vertices.
-    #[error("has {0} vertices, but 32-bit indices allow at most 4294967296")]
+    /// The number of vertices is beyond 32 bits.
+    #[error("has {0} vertices, but at most {max} are allowed", max = u32::MAX)]
     TooManyVertices(usize),
     /// A coordinate is infinite or not a number.
     #[error("vertex {vertex} is at ({x}, {y}, {z}), which is not finite", x = .at.x, y = .at.y, z = .at.z)]

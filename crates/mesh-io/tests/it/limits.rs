@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::ErrorKind;
 use std::path::Path;
 
-use mesh_io::{MAX_FILE_BYTES, MAX_STREAM_BYTES, read_file, read_mesh, read_text};
+use mesh_io::{MAX_FILE_BYTES, MAX_STREAM_BYTES, ReadError, read_file, read_mesh, read_text};
 
 /// A sparse file has a length without taking space.
 #[test]
@@ -16,6 +16,13 @@ fn a_file_above_the_limit_is_refused() {
     let expected =
         "huge.stl: cannot be read: it has more than 4294967296 bytes, the limit for a file";
     assert!(error.ends_with(expected), "{error}");
+}
+
+/// The number of vertices itself is below 2^32.
+#[test]
+fn the_maximum_number_of_vertices_is_allowed() {
+    let message = ReadError::TooManyVertices(1 << 32).to_string();
+    assert_eq!(message, "has 4294967296 vertices, but at most 4294967295 are allowed");
 }
 
 #[test]
