@@ -129,6 +129,8 @@ def test_tables_have_a_row_per_thing(results):
     assert rows["SurfaceContact"]["face_areas"].sum() == pytest.approx(rows["JointContact"]["of_a.total.area"][0])
     empty = Scene().sweep({}).to_table()
     assert all(len(column) == 0 for column in empty.values())
+    kinds = {name: column.dtype.kind for name, column in empty.items()}
+    assert kinds == {name: column.dtype.kind for name, column in rows["Sweep"].items()}
 
 
 def test_names_in_html_are_escaped():

@@ -345,6 +345,13 @@ class SweptContacts(Record):
     """True if it may have been there at the start (k)."""
 
 
+def _no_contacts() -> SweptContacts:
+    numbers, flags = np.empty(0), np.empty(0, dtype=np.bool_)
+    return SweptContacts(
+        times=numbers, latest=numbers, normals=np.empty((0, 3)), edge_edge=flags, certain=flags, at_start=flags
+    )
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class SweptPair(Record):
     """Two bodies that meet during a step."""
@@ -374,10 +381,13 @@ class Sweep(Record):
 
     def to_table(self) -> Table:
         """Return columns with one row per contact, pair after pair."""
-        counts = [len(pair.contacts.times) for pair in self.pairs]
-        names = {key: np.repeat([getattr(pair, key) for pair in self.pairs], counts) for key in ("a", "b")}
-        parts = [pair.contacts.to_table() for pair in self.pairs]
-        return names | {key: np.concatenate([part[key] for part in parts]) for key in (parts[0] if parts else ())}
+        counts = np.array([len(pair.contacts.times) for pair in self.pairs], dtype=np.int64)
+        bodies = {key: np.array([getattr(pair, key) for pair in self.pairs], dtype=str) for key in ("a", "b")}
+        names = {key: np.repeat(column, counts) for key, column in bodies.items()}
+
+        # Without pairs, the columns are those of no contacts.
+        parts = [pair.contacts.to_table() for pair in self.pairs] or [_no_contacts().to_table()]
+        return names | {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
 
     def __repr__(self) -> str:
         return f"<Sweep: free up to {self.largest_free_step:.6g}, {len(self.pairs)} pairs meet>"
