@@ -118,7 +118,7 @@ impl MoveEnds {
         };
         let gap = apart.dot(normal) - contact.offset;
         let found = Contact::between(p.side(bones), on.side(bones), normal, gap);
-        Some(Contact { time: contact.time, ..found })
+        Some(Contact { offset: contact.offset, time: contact.time, ..found })
     }
 
     /// Returns the point of some terms, whose body is one of the pair and meets another one at a time.

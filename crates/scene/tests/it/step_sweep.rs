@@ -130,6 +130,16 @@ fn a_ball_that_is_met_keeps_the_minimum_separation() {
     let mut world = World::new(5.0, DVec3::new(200.0, 0.0, -30_000.0));
     let (_, swept) = world.correct_within(&params(10), &ccd);
     assert!(swept.contacts > 0 && swept.free_share >= 1.0, "{swept:?}");
+
+    // Gaps are those of the start, of objects that touch at the separation.
+    let contacts = world.step.contact_step().contacts().contacts();
+    assert!(contacts.iter().any(|contact| contact.time.is_some()), "contacts of the move");
+    for contact in contacts {
+        let error = contact.identity_error(|particle| world.x[particle as usize]);
+        assert!(error < 1e-12, "{error:e}: {contact:?}");
+        let offset = if contact.time.is_some() { ccd.min_separation } else { 0.0 };
+        assert!(contact.offset.total_cmp(&offset).is_eq(), "{contact:?}");
+    }
     assert!(world.advance(1.0, DVec3::ZERO) <= 0.0, "apart at the end of the move");
     let heights = world.scene.body(world.ball).positions().iter().map(|x| x.z);
     let low = heights.fold(f64::MAX, f64::min);
