@@ -87,10 +87,13 @@ impl Step {
         let (mut state, held) = (self.state.hold(STEP)?, self.scene.get().hold()?);
         let pair = held.pair(a, b)?;
         let in_library = material.with_margin(self.params.margin)?;
-        if let Some(restraint) = in_library.permanent {
-            let (skin, attach_within) = (self.params.margin, material.attach_within);
-            let params = PermanentParams { restraint, skin, attach_within };
-            state.detectors.set_permanent(pair, params).map_err(refused)?;
+        match in_library.permanent {
+            Some(restraint) => {
+                let (skin, attach_within) = (self.params.margin, material.attach_within);
+                let params = PermanentParams { restraint, skin, attach_within };
+                state.detectors.set_permanent(pair, params).map_err(refused)?;
+            }
+            None => state.detectors.clear_permanent(pair),
         }
         state.step.set_material(pair, in_library);
         Ok(())

@@ -165,6 +165,29 @@ def test_a_sticking_pair_pulls():
         ContactStep(scene, margin=0.5, material=Material(permanent="sliding"))
 
 
+def test_a_pair_that_stuck_is_let_go_by_another_material():
+    scene = Scene()
+    scene.add("bone", *sphere((0, 0, -10), 10, 24), rigid=True)
+    scene.add("ball", *sphere((0, 0, 4.9), 5, 12))
+    x, ball = scene.particle_positions(), scene.particles("ball")
+    v = np.zeros_like(x)
+    stuck, plain = (ContactStep(scene, margin=0.5, tolerance=0.3) for _ in range(2))
+    stuck.set_material("bone", "ball", Material(permanent="sticking", attach_within=0.1))
+    stuck.correct(x, v, h=H)
+    stuck.set_material("bone", "ball", Material())
+
+    # As one that never stuck: contacts are detected anew where the ball slides around the bone.
+    ends = []
+    for step in (stuck, plain):
+        at, speed = x.copy(), v.copy()
+        for _ in range(3):
+            speed[ball] = (5.0, 0.0, -1.0)
+            assert step.correct(at, speed, h=H).contacts > 0
+            at[ball] += H * speed[ball]
+        ends.append((at, speed))
+    assert np.array_equal(*(at for at, _ in ends)) and np.array_equal(*(speed for _, speed in ends))
+
+
 def test_arrays_that_cannot_be_changed_in_place_are_refused():
     scene, x, v = falling_ball()
     step = ContactStep(scene, margin=0.5)

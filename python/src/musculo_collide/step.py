@@ -110,7 +110,10 @@ class ContactStep:
         self._native = _native.Step(scene, length, error, _material(material))
 
     def set_material(self, a: str, b: str, material: Material) -> None:
-        """Set the material of one pair."""
+        """Set the material of one pair.
+
+        One that is not permanent lets go of contacts that were attached by another one before.
+        """
         self._native.set_material(_checks.name(a), _checks.name(b), _material(material))
 
     def set_field(self, name: str, field: DistanceField) -> None:

@@ -173,6 +173,7 @@ impl StepDetectors {
     /// Keeps the contacts of a pair from step to step: they are carried, and detected again only on
     /// doubt ([`Renewal`]). Contacts still open and push as the [`Material`](response::Material)
     /// says. A pair with contacts of ridges is not kept, unless its material is permanent.
+    /// [`Self::clear_permanent`] ends it.
     ///
     /// # Errors
     ///
@@ -187,6 +188,12 @@ impl StepDetectors {
         self.kept.remove(&pair);
         self.permanent.insert(pair, params);
         Ok(())
+    }
+
+    /// Ends the keeping of a pair's contacts: they are detected anew in each step, as those of other pairs.
+    pub fn clear_permanent(&mut self, pair: PairId) {
+        self.kept.remove(&pair);
+        self.permanent.remove(&pair);
     }
 
     /// Returns the pairs whose contacts are kept, in the order of the bodies.

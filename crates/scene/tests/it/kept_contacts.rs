@@ -59,6 +59,28 @@ fn a_pair_that_is_ignored_is_kept_no_more() {
     assert!(world.step.contact_step().contacts().contacts().is_empty());
 }
 
+/// A pair that is cleared is detected as one that was never kept.
+#[test]
+fn a_pair_that_is_cleared_is_kept_no_more() {
+    let mut worlds = [kept(Restraint::Sticking, 1.0), World::new(StepMethod::Exact)];
+    for world in &mut worlds {
+        world.detect_moved(|x| x - DVec3::Z);
+    }
+    assert_eq!(only(&worlds[0].detectors).since, 0, "kept");
+    let pair = PairId::new(worlds[0].bone, worlds[0].ball);
+    worlds[0].detectors.clear_permanent(pair);
+    assert!(worlds[0].detectors.kept().next().is_none(), "at once");
+    for _ in 0..3 {
+        for world in &mut worlds {
+            world.detect_moved(|x| x + DVec3::new(0.05, 0.0, 0.0));
+        }
+        assert!(worlds[0].detectors.kept().next().is_none(), "later on");
+        let [cleared, plain] = worlds.each_ref().map(|world| world.step.contact_step().contacts());
+        assert!(!plain.contacts().is_empty(), "in contact");
+        assert_eq!(cleared.contacts(), plain.contacts());
+    }
+}
+
 /// A step that detects, and corrects nothing.
 fn detect_only() -> StepParams {
     let h = StepLength::new(H).expect("in range");
