@@ -20,14 +20,12 @@ from .results import (
     Remaining,
     Resolution,
     ShortGap,
-    Sweep,
-    SweptContacts,
-    SweptPair,
     TiedVertices,
 )
 from .scene import Scene
 from .step import ContactStep, Material, StepReport
 from .surface import ClosestPoints, Surface
+from .sweep import Sweep, SweptContacts, SweptPair
 
 __all__ = [
     "BodyChange",

@@ -17,11 +17,9 @@ from .results import (
     Remaining,
     Resolution,
     ShortGap,
-    Sweep,
-    SweptContacts,
-    SweptPair,
     TiedVertices,
 )
+from .sweep import Sweep, SweptContacts, SweptPair
 
 
 def overlap_from(record: dict[str, Any]) -> Overlap:

@@ -12,6 +12,7 @@ from ._checks import Progress
 from ._errors import InputError
 from .joint import Cartilage, JointContact, surface_contact_from
 from .motion import Motion, placement
+from .sweep import Sweep
 
 SMOOTHING_IN_EDGES = 1.5
 """Smoothing length of overlap removal, in mean edges of the soft bodies, where none is given."""
@@ -127,7 +128,7 @@ class Scene(_native.Scene):
         separation: float = 0.0,
         threads: int | None = None,
         progress: Progress | None = None,
-    ) -> results.Sweep:
+    ) -> Sweep:
         """Find the first contacts of all vertices, edges and faces while bodies move.
 
         ``moves`` has the motions by name: positions at the end (n × 3), to which each vertex goes
@@ -145,7 +146,7 @@ class Scene(_native.Scene):
         separation: float = 0.0,
         threads: int | None = None,
         progress: Progress | None = None,
-    ) -> results.Sweep:
+    ) -> Sweep:
         """Find the first contact of each pair, and nothing after it: how far a joint turns.
 
         Motions are those of :meth:`sweep`. Pairs that overlap from the start have no first contact:
@@ -245,7 +246,7 @@ class Scene(_native.Scene):
         separation: float,
         threads: int | None,
         progress: Progress | None,
-    ) -> results.Sweep:
+    ) -> Sweep:
         ways = motion.native(_checks.mapping(moves, "moves"), _checks.mapping(centers or {}, "centers"))
         gap = _checks.number(separation, "separation")
         found = self._sweep(ways, first_of_pairs, gap, _checks.threads(threads), _checks.progress(progress))
