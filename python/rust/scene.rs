@@ -19,20 +19,29 @@ use crate::joint::{self, Cartilage};
 use crate::motion::{Motion, Placement};
 use crate::{record, resolution};
 
-/// Settings of overlap removal, in the order in which Python gives them: smoothing, tolerance, gap,
-/// rounds, limits of volume, strain and displacement, and whether broken limits are kept.
+/// Settings of overlap removal, as Python has them.
 #[derive(Debug, FromPyObject)]
-struct ResolveSettings(f64, Option<f64>, f64, i64, f64, f64, f64, bool);
+struct ResolveSettings {
+    smoothing: f64,
+    tolerance: Option<f64>,
+    gap: f64,
+    max_rounds: i64,
+    max_volume_change: f64,
+    max_strain: f64,
+    max_displacement: f64,
+    keep_going: bool,
+}
 
-/// Conditions of overlap removal by the names of bodies: vertices that stay, ties with their
-/// distances, stiffnesses, and bodies to be uncrossed.
+/// Conditions of overlap removal by the names of bodies, as Python has them.
 #[derive(Debug, FromPyObject)]
-struct NamedConditions(
-    Vec<(String, Vec<u32>)>,
-    Vec<(String, String, f64)>,
-    Vec<(String, f64)>,
-    Vec<String>,
-);
+struct ResolveConditions {
+    /// Vertices that stay.
+    fixed: Vec<(String, Vec<u32>)>,
+    /// Pairs that are attached, with their distances.
+    ties: Vec<(String, String, f64)>,
+    stiffnesses: Vec<(String, f64)>,
+    uncrossed: Vec<String>,
+}
 
 /// Bodies of a scene, with the native calls on them.
 #[pyclass(frozen, subclass, module = "musculo_collide._native")]
@@ -228,7 +237,7 @@ impl Scene {
         &self,
         py: Python<'py>,
         settings: ResolveSettings,
-        conditions: NamedConditions,
+        conditions: ResolveConditions,
         threads: Option<i64>,
         progress: Option<Py<PyAny>>,
     ) -> PyResult<Bound<'py, PyDict>> {
@@ -261,8 +270,8 @@ impl Bodies {
     }
 
     /// Finds the bodies that conditions of overlap removal name.
-    fn conditions(&self, conditions: NamedConditions) -> PyResult<Conditions> {
-        let NamedConditions(fixed, ties, stiffnesses, uncrossed) = conditions;
+    fn conditions(&self, conditions: ResolveConditions) -> PyResult<Conditions> {
+        let ResolveConditions { fixed, ties, stiffnesses, uncrossed } = conditions;
         let mut conditions = Conditions::default();
         for (name, vertices) in fixed {
             let body = self.find(&name)?;
@@ -297,25 +306,15 @@ impl Bodies {
 
 impl ResolveSettings {
     fn params(&self) -> PyResult<ResolveParams> {
-        let &Self(
-            smoothing,
-            tolerance,
-            gap,
-            rounds,
-            volume_change,
-            strain,
-            displacement,
-            keep_going,
-        ) = self;
-        let default = ResolveParams::with_smoothing(smoothing);
+        let default = ResolveParams::with_smoothing(self.smoothing);
         Ok(ResolveParams {
-            tolerance: tolerance.unwrap_or(default.tolerance),
-            gap,
-            max_rounds: count(rounds, "max_rounds")?,
-            max_volume_change: volume_change,
-            max_strain: strain,
-            max_displacement: displacement,
-            keep_going,
+            tolerance: self.tolerance.unwrap_or(default.tolerance),
+            gap: self.gap,
+            max_rounds: count(self.max_rounds, "max_rounds")?,
+            max_volume_change: self.max_volume_change,
+            max_strain: self.max_strain,
+            max_displacement: self.max_displacement,
+            keep_going: self.keep_going,
             ..default
         })
     }

@@ -61,9 +61,15 @@ pub(crate) struct PairMaterial {
     attach_within: f64,
 }
 
-/// Settings of one step, in the order in which Python gives them.
+/// Settings of one step, as Python has them.
 #[derive(Debug, FromPyObject)]
-pub(crate) struct StepSettings(f64, f64, i64, i64, bool);
+pub(crate) struct StepSettings {
+    h: f64,
+    depth_tolerance: f64,
+    max_rounds: i64,
+    iterations: i64,
+    swept: bool,
+}
 
 #[pymethods]
 impl Step {
@@ -219,7 +225,6 @@ impl Step {
             _ => return Err(refused("give either accelerations or forces")),
         };
         let inverse_mass = numbers(&inverse_mass, "inverse_mass")?;
-        let StepSettings(.., swept) = settings;
         let params = settings.params(!matches!(loads, ParticleLoads::None))?;
 
         let (mut state, mut held) = (self.state.hold(STEP)?, self.scene.get().hold()?);
@@ -230,7 +235,7 @@ impl Step {
             let mut report = step.correct(scene, states, &params, |scene, contacts| {
                 detectors.detect(scene, contacts)
             })?;
-            if !swept {
+            if !settings.swept {
                 return Ok::<_, StepError>((report, None));
             }
             let states = SceneStates { x, v, loads: ParticleLoads::None, inverse_mass };
@@ -346,12 +351,11 @@ impl PairMaterial {
 
 impl StepSettings {
     fn params(&self, has_loads: bool) -> PyResult<StepParams> {
-        let &Self(h, depth_tolerance, max_rounds, iterations, _) = self;
-        let mut params = StepParams::new(StepLength::new(h).map_err(refused)?);
-        params.depth_tolerance = Some(depth_tolerance);
+        let mut params = StepParams::new(StepLength::new(self.h).map_err(refused)?);
+        params.depth_tolerance = Some(self.depth_tolerance);
         params.push_tolerance = has_loads.then_some(0.0);
-        params.max_rounds = count(max_rounds, "max_rounds")?;
-        params.solver.max_iterations = count(iterations, "iterations")?;
+        params.max_rounds = count(self.max_rounds, "max_rounds")?;
+        params.solver.max_iterations = count(self.iterations, "iterations")?;
         Ok(params)
     }
 }

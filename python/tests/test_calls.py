@@ -1,5 +1,6 @@
 """Threads, progress, interruption, memory."""
 
+import dataclasses
 import gc
 import os
 import resource
@@ -8,12 +9,14 @@ import sys
 import threading
 import time
 import weakref
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from conftest import muscle, sphere
 
 from musculo_collide import ContactStep, DistanceField, Plan, Scene, _native, medial
+from musculo_collide._settings import ResolveConditions, ResolveSettings, StepSettings
 
 
 def balls(divisions: int) -> Scene:
@@ -344,3 +347,23 @@ def test_ten_thousand_calls_leak_nothing():
     before = peak()
     calls(10_000)
     assert peak() - before < 4096, "kilobytes"
+
+
+def test_native_calls_read_settings_by_their_names(two_boxes):
+    numbers = {name: 1.0 for name in ("smoothing", "gap", "max_volume_change", "max_strain", "max_displacement")}
+    resolve = ResolveSettings(**numbers, tolerance=None, max_rounds=2, keep_going=False)
+    conditions = ResolveConditions(fixed=[], ties=[], stiffnesses=[], uncrossed=[])
+    step = StepSettings(h=0.1, depth_tolerance=0.0, max_rounds=2, iterations=2, swept=False)
+    x = two_boxes.particle_positions()
+    correct = ContactStep(two_boxes, margin=0.5)._native.correct
+    for given, call in (
+        (resolve, lambda settings: two_boxes._resolve(settings, conditions, 1, None)),
+        (conditions, lambda settings: two_boxes._resolve(resolve, settings, 1, None)),
+        (step, lambda settings: correct(x, np.zeros_like(x), np.ones(len(x)), None, None, settings, 1)),
+    ):
+        call(given)
+        names = [field.name for field in dataclasses.fields(given)]
+        for name in names:
+            others = {other: getattr(given, other) for other in names if other != name}
+            with pytest.raises(AttributeError, match=f"'{name}'"):
+                call(SimpleNamespace(**others))

@@ -5,6 +5,7 @@ import numpy as np
 import numpy.typing as npt
 from typing_extensions import disjoint_base
 
+from ._settings import ResolveConditions, ResolveSettings, StepSettings
 from .joint import Cartilage
 from .motion import Placement, Posed, Turn
 from .step import Material
@@ -67,10 +68,8 @@ class Scene:
     ) -> list[tuple[dict[str, Any], dict[str, Any]]]: ...
     def _resolve(
         self,
-        settings: tuple[float, float | None, float, int, float, float, float, bool],
-        conditions: tuple[
-            list[tuple[str, list[int]]], list[tuple[str, str, float]], list[tuple[str, float]], list[str]
-        ],
+        settings: ResolveSettings,
+        conditions: ResolveConditions,
         threads: int | None,
         progress: _Progress,
     ) -> dict[str, Any]: ...
@@ -116,7 +115,7 @@ class Step:
         inverse_mass: npt.NDArray[np.float64],
         accelerations: npt.NDArray[np.float64] | None,
         forces: npt.NDArray[np.float64] | None,
-        settings: tuple[float, float, int, int, bool],
+        settings: StepSettings,
         threads: int | None,
     ) -> dict[str, Any]: ...
 

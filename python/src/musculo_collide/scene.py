@@ -10,6 +10,7 @@ import numpy.typing as npt
 from . import _arrays, _checks, _from_native, _native, motion, results
 from ._checks import Progress
 from ._errors import InputError
+from ._settings import ResolveConditions, ResolveSettings
 from .joint import Cartilage, JointContact, surface_contact_from
 from .motion import Motion, placement
 from .sweep import Sweep
@@ -225,17 +226,19 @@ class Scene(_native.Scene):
         for name, factor in _checks.mapping(stiffnesses or {}, "stiffnesses").items():
             factors.append((_checks.name(name), _checks.number(factor, f"stiffness of {name!r}")))
         number, observer = _checks.threads(threads), _checks.progress(progress)
-        settings = (
-            self._smoothing(number) if smoothing is None else _checks.number(smoothing, "smoothing"),
-            _checks.optional_number(tolerance, "tolerance"),
-            _checks.number(gap, "gap"),
-            _checks.count(max_rounds, "max_rounds"),
-            _checks.number(max_volume_change, "max_volume_change"),
-            _checks.number(max_strain, "max_strain"),
-            _checks.number(max_displacement, "max_displacement"),
-            bool(keep_going),
+        settings = ResolveSettings(
+            smoothing=self._smoothing(number) if smoothing is None else _checks.number(smoothing, "smoothing"),
+            tolerance=_checks.optional_number(tolerance, "tolerance"),
+            gap=_checks.number(gap, "gap"),
+            max_rounds=_checks.count(max_rounds, "max_rounds"),
+            max_volume_change=_checks.number(max_volume_change, "max_volume_change"),
+            max_strain=_checks.number(max_strain, "max_strain"),
+            max_displacement=_checks.number(max_displacement, "max_displacement"),
+            keep_going=bool(keep_going),
         )
-        found = self._resolve(settings, (held, tied, factors, _checks.names(uncross, "uncross")), number, observer)
+        uncrossed = _checks.names(uncross, "uncross")
+        conditions = ResolveConditions(fixed=held, ties=tied, stiffnesses=factors, uncrossed=uncrossed)
+        found = self._resolve(settings, conditions, number, observer)
         return _from_native.resolution_from(found)
 
     def _swept(

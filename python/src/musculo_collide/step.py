@@ -11,6 +11,7 @@ import numpy.typing as npt
 from . import _arrays, _checks, _native
 from ._checks import Progress
 from ._errors import InputError, InputTypeError
+from ._settings import StepSettings
 from .field import DistanceField
 from .motion import vector, placement
 from ._record import Record, Vector
@@ -204,12 +205,12 @@ class ContactStep:
             if array is not None:
                 _require_states(array, what)
         mass = np.ones(len(x)) if inverse_mass is None else _arrays.numbers(inverse_mass, "inverse_mass")
-        settings = (
-            _checks.number(h, "h"),
-            _checks.number(depth_tolerance, "depth_tolerance"),
-            _checks.count(max_rounds, "max_rounds"),
-            _checks.count(iterations, "iterations"),
-            bool(swept),
+        settings = StepSettings(
+            h=_checks.number(h, "h"),
+            depth_tolerance=_checks.number(depth_tolerance, "depth_tolerance"),
+            max_rounds=_checks.count(max_rounds, "max_rounds"),
+            iterations=_checks.count(iterations, "iterations"),
+            swept=bool(swept),
         )
         found = self._native.correct(x, v, mass, accelerations, forces, settings, _checks.threads(threads))
         return StepReport(**found)
