@@ -22,6 +22,8 @@ use crate::{BodyStiffness, CellCorners, Conditions, ResolveError, Tie, TiedVerti
 /// Vertex that follows a point of another body.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TieBond {
+    /// Number of the tie.
+    pub(crate) tie: usize,
     pub(crate) follower: BodyId,
     pub(crate) vertex: u32,
     pub(crate) leader: BodyId,
@@ -160,7 +162,7 @@ impl Conditions {
             let sides = TieSides { scene, tissues, near, follower, leader };
 
             // A tie that holds nothing would take the gap from its pair, and give nothing for it.
-            let Some(count) = sides.bind(*distance, &mut bonds) else {
+            let Some(count) = sides.bind(counts.len(), *distance, &mut bonds) else {
                 let [a, b] = [*a, *b].map(|id| scene.body(id).name().to_owned());
                 return Err(ResolveError::NothingTied { a, b, distance: *distance });
             };
@@ -193,12 +195,8 @@ impl TieBonds {
     /// Returns the counts of vertices, with the distances from their places as bodies are now.
     pub(crate) fn measured(mut self, scene: &Scene) -> Vec<TiedVertices> {
         for bond in &self.bonds {
-            let of_tie = |count: &&mut TiedVertices| {
-                (count.follower, count.leader) == (bond.follower, bond.leader)
-            };
-            if let Some(count) = self.counts.iter_mut().find(of_tie) {
-                count.max_distance = count.max_distance.max(bond.distance(scene));
-            }
+            let count = &mut self.counts[bond.tie];
+            count.max_distance = count.max_distance.max(bond.distance(scene));
         }
         self.counts
     }
@@ -227,12 +225,9 @@ impl TieBonds {
         let Self { mut bonds, mut counts } = self.clone();
         bonds.retain(|bond| {
             let is_held = !vertices.contains(&(bond.follower, bond.vertex));
-            let of_tie = |count: &&mut TiedVertices| {
-                !is_held && (count.follower, count.leader) == (bond.follower, bond.leader)
-            };
-            if let Some(count) = counts.iter_mut().find(of_tie) {
-                count.tied -= 1;
-                *counter(count) += 1;
+            if !is_held {
+                counts[bond.tie].tied -= 1;
+                *counter(&mut counts[bond.tie]) += 1;
             }
             is_held
         });
@@ -252,7 +247,7 @@ struct TieSides<'a> {
 impl TieSides<'_> {
     /// Adds the bonds of vertices that face the leader within a distance; returns how many vertices these are, `None`
     /// where none is within it.
-    fn bind(&self, distance: f64, bonds: &mut Vec<TieBond>) -> Option<TiedVertices> {
+    fn bind(&self, tie: usize, distance: f64, bonds: &mut Vec<TieBond>) -> Option<TiedVertices> {
         let Self { scene, tissues, follower, leader, .. } = *self;
         let [own, other] = [follower, leader].map(|id| fitted_tree(scene.body(id)));
         let crosses = self.near.crossing_vertices(follower, leader, own.surface());
@@ -277,7 +272,7 @@ impl TieSides<'_> {
             count.tied += 1;
             let corners = other.surface().faces()[closest.face as usize];
             let weights = closest.foot.barycentric;
-            bonds.push(TieBond { follower, vertex, leader, corners, weights });
+            bonds.push(TieBond { tie, follower, vertex, leader, corners, weights });
         }
         hint.map(|_| count)
     }
