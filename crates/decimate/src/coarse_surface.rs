@@ -1,10 +1,11 @@
 //! Reduced surface that follows the deformation of the full one.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use glam::DVec3;
-use proximity::{NoInside, ProximityError, SurfaceTree};
-use surface::TriangleSurface;
+use proximity::{ContactSurface, NoInside, ParticleNumbers, ProximityError, SurfaceTree};
+use surface::{Term, TriangleSurface};
 
 use crate::{DecimateError, ReducedSurface, coarse_map};
 
@@ -186,6 +187,25 @@ impl CoarseSurface {
             return [(vertex, 1.0), (vertex, 0.0), (vertex, 0.0)];
         };
         image.map(|(corner, weight)| (self.reduced.kept[corner as usize], weight))
+    }
+
+    /// Lists the particles of the full surface's vertices that move with others, each with these and their weights.
+    pub fn followers(&self, particles: Range<u32>) -> impl Iterator<Item = (u32, [Term; 3])> {
+        let first = particles.start;
+        particles.filter_map(move |particle| {
+            // Vertices that lead themselves were kept, or have no faces.
+            let leaders = self.leaders(particle - first);
+            let term = |(leader, weight)| Term { particle: first + leader, weight };
+            (leaders[0].0 != particle - first).then(|| (particle, leaders.map(term)))
+        })
+    }
+
+    /// Returns this surface as that of the contacts of a body: they are of the vertices that it has kept.
+    #[must_use]
+    pub fn contact_surface<'a>(&'a self, full: ContactSurface<'a>) -> ContactSurface<'a> {
+        let particles = ParticleNumbers { kept: Some(&self.reduced.kept), ..full.particles };
+        let (surface, positions) = (self.tree.surface(), self.tree.positions());
+        ContactSurface { surface, positions, particles, ..full }
     }
 
     /// Returns its memory, in bytes.

@@ -36,6 +36,6 @@ impl fmt::Display for Accuracy {
 }
 
 /// Writes a length with four decimals, a small one in three digits with an exponent.
-fn length(value: f64) -> String {
+pub(crate) fn length(value: f64) -> String {
     if value > 0.0 && value < 0.01 { format!("{value:.2e}") } else { format!("{value:.4}") }
 }

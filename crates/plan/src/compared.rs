@@ -1,6 +1,6 @@
 //! Surfaces by which the bodies of a pair are compared: coarse ones where they are, or their own.
 
-use proximity::{ContactSurface, ParticleNumbers, SurfaceTree};
+use proximity::{ContactSurface, SurfaceTree};
 use scene::{Body, BodyId, PairId, Scene};
 
 use crate::coarse_levels::MIN_WIDTH;
@@ -68,16 +68,7 @@ impl Structures {
             None => ComparedSurface::whole(scene.body(id)),
             Some(coarse) => Some(ComparedSurface {
                 tree: coarse.tree(),
-                // Contacts of a coarse surface are of the vertices that it has kept.
-                contact: ContactSurface {
-                    surface: coarse.tree().surface(),
-                    positions: coarse.tree().positions(),
-                    particles: ParticleNumbers {
-                        kept: Some(&coarse.reduced().kept),
-                        ..whole.particles
-                    },
-                    ..whole
-                },
+                contact: coarse.contact_surface(whole),
             }),
         }
     }

@@ -2,7 +2,6 @@
 
 use response::{Follower, Followers, ResponseError};
 use scene::Scene;
-use surface::Term;
 
 use crate::{Plan, PlanError};
 
@@ -18,14 +17,8 @@ impl Plan {
         let mut followers = Vec::new();
         for id in scene.ids() {
             let Some(coarse) = self.structures.coarse(id) else { continue };
-            let first = scene.body(id).particles().start;
-            for (vertex, particle) in (0..).zip(scene.body(id).particles()) {
-                // Vertices that lead themselves were kept, or have no faces.
-                let leaders = coarse.leaders(vertex);
-                if leaders[0].0 != vertex {
-                    let term = |(leader, weight)| Term { particle: first + leader, weight };
-                    followers.push(Follower { particle, leaders: leaders.map(term) });
-                }
+            for (particle, leaders) in coarse.followers(scene.body(id).particles()) {
+                followers.push(Follower { particle, leaders });
             }
         }
         Followers::new(followers).map_err(ResponseError::into)

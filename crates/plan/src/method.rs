@@ -6,6 +6,8 @@ use decimate::DecimateError;
 use distance_field::FieldError;
 use medial::MedialError;
 
+use crate::accuracy::length;
+
 /// Method by which a pair of bodies is detected.
 ///
 /// By every method but [`Balls`](Self::Balls), no overlap deeper than the pair's bound goes
@@ -67,7 +69,7 @@ pub enum ExclusionReason {
     #[error("the pair is ignored")]
     Ignored,
     /// The field could not be built: it needs too much memory, for instance.
-    #[error("a field with spacing {spacing:.3} cannot be built: {source}")]
+    #[error("a field with spacing {} cannot be built: {source}", length(*spacing))]
     Field {
         /// Spacing that the tolerance asks for.
         spacing: f64,

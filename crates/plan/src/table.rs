@@ -5,6 +5,7 @@ use std::fmt;
 
 use scene::BodyId;
 
+use crate::accuracy::length;
 use crate::cost::count;
 use crate::{Plan, PlanParams};
 
@@ -48,7 +49,7 @@ impl Plan {
             write!(f, "{:>9} {} ", built.size, built.accuracy)?;
             write!(f, "{megabytes:>9.2} {milliseconds:>9.1}")?;
             match built.spacing {
-                Some(spacing) => writeln!(f, "  spacing {spacing:.3}")?,
+                Some(spacing) => writeln!(f, "  spacing {}", length(spacing))?,
                 None => writeln!(f)?,
             }
         }

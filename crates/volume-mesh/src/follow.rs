@@ -18,7 +18,7 @@ pub struct FollowParams {
     /// near 0.5 the solver takes many steps.
     pub poisson_ratio: f64,
     /// Share of its scaled Jacobian at the start that each cell keeps, in `0.0..1.0`. More keeps
-    /// better cells and cuts steps earlier; 0 lets cells become flat.
+    /// better cells and cuts steps earlier; 0 lets cells become thin, but not flat.
     pub min_jacobian_share: f64,
     /// Maximum number of steps. Fewer give up earlier where steps are cut.
     pub max_steps: u32,

@@ -4,7 +4,7 @@ use decimate::CoarseSurface;
 use distance_field::{FieldContact, FieldFeature};
 use glam::DVec3;
 use kdop::Workspace;
-use proximity::{ContactSurface, NearVertex, ParticleNumbers, SurfaceTree, contact};
+use proximity::{ContactSurface, NearVertex, SurfaceTree, contact};
 use surface::{Contact, RigidState};
 
 use super::{DetectorScratch, FallbackReason, FoundContacts, StepDetectors};
@@ -198,16 +198,12 @@ impl<'a> ComparedSurface<'a> {
     /// body's tree is not up to date.
     fn new(body: &'a Body, coarse: Option<&'a CoarseSurface>) -> Option<Self> {
         let whole = body.contact_surface();
-        let Some(coarse) = coarse else {
-            return body.tree().map(|tree| Self { tree, contact: whole });
-        };
-
-        // Contacts of a coarse surface are of the vertices that it has kept.
-        let tree = coarse.tree();
-        let particles = ParticleNumbers { kept: Some(&coarse.reduced().kept), ..whole.particles };
-        let (surface, positions) = (tree.surface(), tree.positions());
-        let contact = ContactSurface { surface, positions, particles, is_rigid: whole.is_rigid };
-        Some(Self { tree, contact })
+        match coarse {
+            None => body.tree().map(|tree| Self { tree, contact: whole }),
+            Some(coarse) => {
+                Some(Self { tree: coarse.tree(), contact: coarse.contact_surface(whole) })
+            }
+        }
     }
 }
 

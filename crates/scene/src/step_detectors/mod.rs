@@ -18,7 +18,7 @@ use kdop::Workspace;
 use medial::{MedialDetector, MedialScratch};
 use proximity::{NearVertex, PairProximity};
 use response::{Follower, Followers, ResponseError};
-use surface::{Contact, Term};
+use surface::Contact;
 
 pub use self::params::{DetectorParams, Fallback, FallbackReason, StepMethod};
 use self::ridges::RidgeScratch;
@@ -243,15 +243,8 @@ impl StepDetectors {
         let mut followers = Vec::new();
         for (id, structures) in scene.ids().zip(&self.bodies) {
             let Some(coarse) = &structures.coarse else { continue };
-            let particles = scene.body(id).particles();
-            for (vertex, particle) in (0..).zip(particles.clone()) {
-                // Vertices that lead themselves were kept, or have no faces.
-                let leaders = coarse.leaders(vertex);
-                if leaders[0].0 != vertex {
-                    let first = particles.start;
-                    let term = |(leader, weight)| Term { particle: first + leader, weight };
-                    followers.push(Follower { particle, leaders: leaders.map(term) });
-                }
+            for (particle, leaders) in coarse.followers(scene.body(id).particles()) {
+                followers.push(Follower { particle, leaders });
             }
         }
         Followers::new(followers)
