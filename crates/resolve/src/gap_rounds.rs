@@ -100,6 +100,7 @@ impl Run<'_> {
     ) -> Result<Vec<BrokenLimit>, ResolveError> {
         round.merit = round.left(&self.params);
         let mut broken = Vec::new();
+        self.leave_at_ties()?;
         let is_no_deeper = search.held.as_ref().is_none_or(|held| held.are_no_deeper(self));
         if round.merit < search.least_accepted && is_no_deeper {
             // Steps let no body cross itself anew: counted once.

@@ -7,19 +7,30 @@ use crate::near_pairs::NearPair;
 use crate::run::Run;
 
 /// Pairs that overlap in a state, ascending, with their depths.
-pub(crate) struct HeldOverlaps(Vec<(PairId, f64)>);
+pub(crate) struct HeldOverlaps {
+    depths: Vec<(PairId, f64)>,
+    /// Those that cross at their ties.
+    at_ties: Vec<PairId>,
+}
 
 impl HeldOverlaps {
     /// Lists the overlaps of the present state.
     pub(crate) fn of(run: &Run<'_>) -> Self {
-        Self(run.near.overlapping().map(|near| (near.report.pair, near.depth())).collect())
+        let overlapping = run.near.overlapping();
+        let depths = overlapping.map(|near| (near.report.pair, near.depth())).collect();
+        Self { depths, at_ties: run.left_at_ties.clone() }
     }
 
-    /// Returns true if no pair is deeper by more than the accuracy of the gap.
+    /// Returns true if no pair is deeper by more than the accuracy of the gap, and those that cross at their ties by no more than they
+    /// may.
     pub(crate) fn are_no_deeper(&self, run: &Run<'_>) -> bool {
         run.near.overlapping().all(|near| {
-            let known = self.0.binary_search_by_key(&near.report.pair, |(pair, _)| *pair);
-            known.is_ok_and(|index| near.depth() <= self.0[index].1 + run.gap_slack())
+            let pair = near.report.pair;
+            if self.at_ties.contains(&pair) {
+                return run.left_at_ties.contains(&pair);
+            }
+            let known = self.depths.binary_search_by_key(&pair, |(pair, _)| *pair);
+            known.is_ok_and(|index| near.depth() <= self.depths[index].1 + run.gap_slack())
         })
     }
 }

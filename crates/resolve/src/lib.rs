@@ -95,6 +95,7 @@ mod struts;
 #[cfg(test)]
 mod test_scenes;
 mod tied_motion;
+mod tied_overlaps;
 mod ties;
 mod tissue;
 mod tuning;

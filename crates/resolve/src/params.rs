@@ -114,7 +114,8 @@ impl BodyStiffness {
 
 /// Attachment of two bodies: parts of their surfaces that face each other within a distance at the start
 /// keep their place relative to each other, and their pair needs no gap. Vertices of soft bodies that are at one
-/// place, to the bit, move as one. What crosses is not tied: it comes out.
+/// place, to the bit, move as one. What crosses is not tied: it comes out. Where surfaces that touch bend, and their meshes differ,
+/// tied vertices move off what they come to cross.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Tie {

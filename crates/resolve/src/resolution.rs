@@ -11,6 +11,7 @@ use crate::damage::self_crossings_at;
 use crate::exempt::is_surrounded;
 use crate::near_pairs::{NearPair, NearPairs};
 use crate::round::Round;
+use crate::ties::Ties;
 use crate::tissue::{Tissue, fitted_tree};
 use crate::{ResolveError, ResolveParams, TiedVertices};
 
@@ -197,6 +198,9 @@ pub enum Obstacle {
         "the surfaces nearly coincide: there is no side to push them to; take one out, or move it"
     )]
     NearlyCoincident,
+    /// Tied surfaces cross beside tied vertices, where they bend and their meshes differ.
+    #[error("tied surfaces of meshes that differ cross where they bend")]
+    Tied,
     /// Surfaces that came apart cross at positions that are rounded to the precision of the file.
     #[error("rounding to the precision of the file makes them cross: save it in double precision")]
     Rounding,
@@ -295,18 +299,19 @@ impl Remaining {
         near: &NearPairs,
         exempt: &[PairId],
         before: &[PairReport],
+        ties: &Ties,
         standstill: Obstacle,
     ) -> Vec<Self> {
         let mut remaining = Vec::new();
-        for report in after {
-            if !report.overlaps {
-                continue;
-            }
+        for report in after.iter().filter(|report| report.overlaps) {
             let pushed = near.overlapping().find(|near| near.report.pair == report.pair);
             let PairId { a, b, .. } = report.pair;
+            let at_first = overlaps_in(before, report.pair);
             let is_unknown = pushed.is_none() && !exempt.contains(&report.pair);
             let obstacle = if scene.body(a).is_rigid() && scene.body(b).is_rigid() {
                 Obstacle::BothRigid
+            } else if !at_first && ties.are_around_overlap(scene, report) {
+                Obstacle::Tied
             } else if is_unknown && !report.crossing_faces.is_empty() {
                 Obstacle::Rounding
             } else if is_unknown && covers_twice(report) {
@@ -327,7 +332,7 @@ impl Remaining {
                 pair: report.pair,
                 depth: report.max_depth().unwrap_or(of_edges),
                 crossing_faces: report.crossing_faces.len(),
-                at_first: overlaps_in(before, report.pair),
+                at_first,
                 obstacle,
             });
         }
@@ -337,7 +342,7 @@ impl Remaining {
 
     /// Returns true if the pair may be left as it is.
     ///
-    /// A pair that did not overlap at the start may not. Nor may one whose edges cross too
+    /// A pair that did not overlap at the start may not, but where it is tied. Nor may one whose edges cross too
     /// steeply for a depth, or whose surfaces coincide or nearly do: their distance does not show what they share.
     pub(crate) fn is_within(&self, tolerance: f64) -> bool {
         let DepthBracket { upper, .. } = self.depth;
@@ -346,7 +351,8 @@ impl Remaining {
             Obstacle::Coincident | Obstacle::NearlyCoincident | Obstacle::CoversTwice
         );
         let has_depth = upper > 0.0 && !has_no_depth;
-        self.at_first && has_depth && upper <= tolerance
+        let is_known = self.at_first || self.obstacle == Obstacle::Tied;
+        is_known && has_depth && upper <= tolerance
     }
 }
 

@@ -4,11 +4,12 @@ use scene::{DepthBracket, PairId};
 
 use crate::ResolveParams;
 use crate::count::as_f64;
-use crate::near_pairs::NearPairs;
+use crate::near_pairs::NearPair;
 use crate::tissue::Damage;
 
-/// State of a scene at the start or after a round, without pairs of two rigid bodies, and those that are left as
-/// they are since no push has a side to take them to.
+/// State of a scene at the start or after a round, without pairs of two rigid bodies, those that are left as
+/// they are since no push has a side to take them to, and those that cross where they are tied, no deeper than half the
+/// tolerance.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Round {
@@ -50,14 +51,17 @@ pub struct Round {
 impl Round {
     /// Summarizes the overlaps of a scene; what concerns single bodies is 0.
     ///
-    /// Pairs that are not known with their depth overlap anew.
-    pub(crate) fn of_overlaps(near: &NearPairs, is_known: impl Fn(PairId, f64) -> bool) -> Self {
+    /// Pairs that are new with their depth overlap anew.
+    pub(crate) fn of_overlaps<'a>(
+        overlapping: impl Iterator<Item = &'a NearPair>,
+        is_new: impl Fn(PairId, f64) -> bool,
+    ) -> Self {
         let mut round = Self::default();
-        for pair in near.overlapping() {
+        for pair in overlapping {
             round.overlapping_pairs += 1;
             round.crossing_faces += pair.report.crossing_faces.len();
             round.max_depth = round.max_depth.max(pair.depth());
-            round.new_pairs += usize::from(!is_known(pair.report.pair, pair.depth()));
+            round.new_pairs += usize::from(is_new(pair.report.pair, pair.depth()));
         }
         round
     }

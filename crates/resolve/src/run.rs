@@ -15,9 +15,7 @@ use crate::elastic::GapRow;
 use crate::exempt::Exempt;
 use crate::exit_sides::PairMemory;
 use crate::near_pairs::{NearPair, NearPairs};
-use crate::resolution::{
-    BodyChange, Obstacle, Remaining, Resolution, deepest, max_bracket, overlaps_in,
-};
+use crate::resolution::{BodyChange, Obstacle, Resolution, deepest, max_bracket, overlaps_in};
 use crate::round::Round;
 use crate::seams::Seams;
 use crate::ties::Ties;
@@ -43,9 +41,9 @@ pub(crate) struct Run<'a> {
     pub(crate) inverse_masses: Vec<f64>,
     pub(crate) before: Vec<PairReport>,
     /// Pairs that overlap at the start, ascending.
-    at_first: Vec<PairId>,
+    pub(crate) at_first: Vec<PairId>,
     /// Others that share faces there, ascending.
-    touching_at_first: Vec<PairId>,
+    pub(crate) touching_at_first: Vec<PairId>,
     pub(crate) near: NearPairs,
     /// Pairs that are left as they are.
     pub(crate) exempt_pairs: Vec<PairId>,
@@ -76,6 +74,8 @@ pub(crate) struct Run<'a> {
     /// States that were accepted last.
     pub(crate) accepted_states: VecDeque<AcceptedState>,
     pub(crate) ties: Ties,
+    /// Pairs that cross at their ties in the last state that was measured, no deeper than they may.
+    pub(crate) left_at_ties: Vec<PairId>,
     /// Tied vertices at faces that were turned over in the last state beyond limits.
     pub(crate) strained_ties: Vec<(BodyId, u32)>,
     /// Particles that take steps as one: those of seams, and while the gap is opened the corners of faces that would turn
@@ -197,6 +197,7 @@ impl<'a> Run<'a> {
             joints: ties.seams.clone(),
             turning_faces: Vec::new(),
             strained_ties: Vec::new(),
+            left_at_ties: Vec::new(),
             ties,
         };
         match run.begin() {
@@ -262,8 +263,7 @@ impl<'a> Run<'a> {
             Obstacle::Rounds
         };
         let self_overlaps = self.self_overlaps()?;
-        let (near, exempt, before) = (&self.near, &self.exempt_pairs, &self.before);
-        let mut remaining = Remaining::list(self.scene, &after, near, exempt, before, standstill);
+        let mut remaining = self.list_remaining(&after, standstill);
         self.name_standstills(&mut remaining, &after, standstill);
         let (ties, is_torn) = self.measure_ties();
         Ok(Resolution {
@@ -300,7 +300,8 @@ impl<'a> Run<'a> {
         } else {
             self.push()?;
         }
-        self.move_soft(Tissue::pushed)
+        self.move_soft(Tissue::pushed)?;
+        self.part_at_ties()
     }
 
     /// Moves soft bodies back to where they were at the start.
@@ -337,7 +338,7 @@ impl<'a> Run<'a> {
 
         // The best round so far is kept, to be returned to in the end.
         if self.rounds.iter().all(|other| round.merit < other.merit) {
-            self.unfreed = self.overlapping_pairs();
+            self.unfreed = self.to_come_apart().map(|near| near.report.pair).collect();
         }
         let best = self.rounds.get(self.best);
         if best.is_none_or(|best| round.is_better_than(best)) {
@@ -363,10 +364,9 @@ impl<'a> Run<'a> {
     /// Measures the overlaps, the damage and the merit of the present state.
     fn measure_round(&mut self) -> Result<Round, ResolveError> {
         let tolerance = self.params.tolerance;
-        let mut round = Round::of_overlaps(&self.near, |pair, depth| {
-            self.at_first.binary_search(&pair).is_ok()
-                || depth <= tolerance && self.touching_at_first.binary_search(&pair).is_ok()
-        });
+        self.leave_at_ties()?;
+        let is_new = |pair, depth| self.overlaps_anew(pair, depth);
+        let mut round = Round::of_overlaps(self.to_come_apart(), is_new);
         for near in self.near.iter() {
             round.touching_faces += self.count_touching_faces(near);
         }

@@ -26,7 +26,9 @@ impl Run<'_> {
         &mut self,
         from_round: usize,
     ) -> Result<Vec<BrokenLimit>, ResolveError> {
-        if self.is_warm || self.near.overlapping().next().is_some() {
+        self.part_at_ties()?;
+        self.leave_at_ties()?;
+        if self.is_warm || self.to_come_apart().next().is_some() {
             return self.open_gaps(from_round);
         }
         let unsettled = soft_positions(self.scene);

@@ -1,6 +1,6 @@
 //! Ties of a scene: vertices that follow another body, and seams.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use scene::{BodyId, PairId, Scene};
 
@@ -24,6 +24,8 @@ pub(crate) struct Ties {
     pub(crate) seams: Seams,
     /// True for particles that follow another body; empty where none does.
     pub(crate) is_follower: Vec<bool>,
+    /// Particles of each pair that follow its other body.
+    pub(crate) particles: BTreeMap<PairId, BTreeSet<u32>>,
 }
 
 impl Ties {
@@ -45,15 +47,17 @@ impl Ties {
         let mut bonds = held.bonds.clone();
         let count = scene.bodies().last().map_or(0, |body| body.particles().end);
         let follower = |bond: &TieBond| scene.body(bond.follower).particles().start + bond.vertex;
-        let mut is_follower = Vec::new();
+        let (mut is_follower, mut particles) = (Vec::new(), BTreeMap::<_, BTreeSet<u32>>::new());
         for bond in &bonds {
             is_follower.resize(count as usize, false);
             is_follower[follower(bond) as usize] = true;
+            let pair = PairId::new(bond.follower, bond.leader);
+            particles.entry(pair).or_default().insert(follower(bond));
         }
 
         let seams = Seams::new(scene, &bonds);
         bonds.retain(|bond| bond.corner_at_follower(scene).is_none());
         seams.fix(scene, tissues);
-        Ok(Self { pairs: conditions.tied_pairs(), all, held, bonds, seams, is_follower })
+        Ok(Self { pairs: conditions.tied_pairs(), all, held, bonds, seams, is_follower, particles })
     }
 }

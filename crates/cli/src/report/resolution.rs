@@ -157,7 +157,7 @@ fn squeeze_text(room: f64, thickness: f64, unit: Unit) -> String {
 }
 
 /// Writes a depth as a range, where its ends differ in the digits that are written.
-fn bracket(DepthBracket { lower, upper }: DepthBracket, unit: Unit) -> String {
+pub(super) fn bracket(DepthBracket { lower, upper }: DepthBracket, unit: Unit) -> String {
     let [lower, upper] = [lower, upper].map(|depth| length(depth, unit));
     if lower == upper { lower } else { format!("{lower} to {upper}") }
 }

@@ -14,7 +14,7 @@ use musculo_collide::{
 use serde::Serialize;
 
 use super::attachment_record::AttachmentRecord;
-use super::resolution::{gap_obstacle_text, ignored_pairs, left_out_text, obstacle_text};
+use super::resolution::{bracket, gap_obstacle_text, ignored_pairs, left_out_text, obstacle_text};
 use super::text::{counted, length, measure};
 use super::tie_record::TieRecord;
 use super::volume_record::QualityRecord;
@@ -86,7 +86,7 @@ pub(crate) enum PairStatus {
     Near,
     /// Attached on purpose: no gap is asked for.
     Tied,
-    /// The surfaces cross, no deeper than the tolerance, and no gap is asked for.
+    /// The surfaces cross, no deeper than the tolerance, and no gap is asked for, or they are attached on purpose.
     WithinTolerance,
     /// The surfaces cross, or one body is inside the other.
     Overlaps,
@@ -234,7 +234,10 @@ impl ResolutionDocument {
         // Without a gap there is nothing to prove for pairs that no longer overlap.
         let unit = self.unit.symbol();
         let short: Vec<&PairState> = self.pairs.iter().filter(|pair| !pair.proved).collect();
-        let tied = self.pairs.iter().filter(|pair| pair.status == PairStatus::Tied).count();
+        let needs_none = |pair: &&PairState| {
+            matches!(pair.status, PairStatus::Tied | PairStatus::WithinTolerance)
+        };
+        let tied = self.pairs.iter().filter(needs_none).count();
         if self.gap > 0.0 && self.bodies.len() == 1 {
             text += "The scene has one body: there is no gap to prove.\n";
         } else if self.gap > 0.0 && short.is_empty() {
@@ -339,7 +342,8 @@ impl PairState {
         // An overlap within the tolerance is left where no gap is asked for.
         let mut remaining = resolution.remaining.iter();
         let is_left = resolution.resolved && remaining.any(|left| left.pair == pair);
-        let status = if overlaps && gap <= 0.0 && is_left {
+        let needs_no_gap = gap <= 0.0 || removal.is_tied(pair);
+        let status = if overlaps && needs_no_gap && is_left {
             PairStatus::WithinTolerance
         } else if overlaps {
             PairStatus::Overlaps
@@ -387,6 +391,10 @@ impl Removal<'_> {
         let Resolution { remaining, gap, .. } = self.resolution;
         if overlaps && let Some(left) = remaining.iter().find(|left| left.pair == pair) {
             let reason = obstacle_text(&left.obstacle, self.unit);
+            if left.obstacle == Obstacle::Tied {
+                let depth = bracket(left.depth, self.unit);
+                return format!("{depth} {} deep: {reason}", self.unit.symbol());
+            }
             // Surfaces of shared nodes whose squares are split along other diagonals.
             let is_of_tie = left.obstacle == Obstacle::Coincident && self.is_tied(pair);
             return if is_of_tie { format!("{reason}, or {IGNORE_TIED}") } else { reason };

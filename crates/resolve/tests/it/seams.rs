@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use fixtures::{Mesh, shapes};
 use glam::DVec3;
-use resolve::{Conditions, FixedVertices, Resolution, ResolveParams, Resolver, Tie};
+use resolve::{Conditions, FixedVertices, Obstacle, Resolution, ResolveParams, Resolver, Tie};
 use scene::{BodyId, BodyKind, Scene};
 use surface::progress::Progress;
 
@@ -184,4 +184,35 @@ fn a_vertex_that_is_fixed_in_one_body_is_in_the_other() {
         assert_eq!(tied.scene.body(*id).positions()[vertex as usize], DVec3::ZERO);
     }
     assert!(resolution.bodies[0].moved > 0, "the other body moves beside it");
+}
+
+/// Soft plates that touch along meshes that differ, tied to each other, and a bone in the upper one: where they bend, corners
+/// of one would be below faces of the other.
+#[test]
+fn bodies_tied_along_meshes_that_differ_yield_together() {
+    for depth in [0.02, 0.3, 1.0] {
+        let plate = |thickness: f64, cells: u32, z: f64| {
+            let plate = shapes::plate(DVec3::new(20.0, 20.0, thickness), [cells, cells]);
+            plate.translated(z * DVec3::Z)
+        };
+        let bone = shapes::icosphere(8.0, 3).translated(DVec3::new(0.3, 0.2, 10.0 - depth));
+        let mut scene = scene_of([
+            ("upper", BodyKind::Deformable, plate(2.0, 13, 1.0)),
+            ("lower", BodyKind::Deformable, plate(4.0, 10, -2.0)),
+            ("bone", BodyKind::Rigid, bone),
+        ]);
+        let ids: Vec<BodyId> = scene.ids().collect();
+        let ties = vec![Tie { bodies: [ids[0], ids[1]], distance: 0.1 }];
+        let conditions = Conditions { ties, ..Conditions::default() };
+        let resolver = Resolver::new(WITH_GAP).expect("parameters");
+        let mut resolver = resolver.with_conditions(conditions);
+        let resolution = resolver.resolve(&mut scene, Progress::none()).expect("a resolution");
+        assert!(resolution.resolved, "{depth}: {:?} {:?}", resolution.rounds, resolution.remaining);
+        assert!(brute_distance(&scene, ids[0], ids[2]) >= GAP, "{depth}");
+        assert!(resolution.bodies[1].moved > 0, "{depth}: the lower plate yields");
+        for left in &resolution.remaining {
+            let is_of_tie = left.obstacle == Obstacle::Tied && left.depth.upper < 1e-6;
+            assert!(is_of_tie, "{depth}: {left:?}");
+        }
+    }
 }
