@@ -31,6 +31,8 @@ pub(crate) struct PatchSide<'a> {
     pub(crate) tissue: &'a Tissue,
     pub(crate) tree: &'a SurfaceTree,
     pub(crate) near: &'a [NearVertex],
+    /// Piece of the body that is left.
+    pub(crate) piece: u32,
     /// Faces of both bodies at which no way out ends.
     pub(crate) seam_faces: &'a SeamFaces,
 }
@@ -221,7 +223,10 @@ impl ExitPatch<'_> {
         let mut mean = 0.0;
         for (k, other) in [(0, sides[1]), (1, sides[0])] {
             let PatchSide { tissue, seam_faces, .. } = sides[k];
-            let closed = |face| seam_faces.closes(other.tissue.id, face, tissue.id);
+            let closed = |face| {
+                seam_faces.closes(other.tissue.id, face, tissue.id)
+                    || other.tissue.piece_of_face(face) != other.piece
+            };
             let (mut sum, mut area) = (0.0, 0.0);
             for near in sample(&self.vertices[k], PATCH_SAMPLES) {
                 let from = sides[k].tree.position(near.vertex);
@@ -293,6 +298,7 @@ mod tests {
                 tissue: &run.tissues[own.index()],
                 tree: fitted_tree(run.scene.body(own)),
                 near: &report.near,
+                piece: 0,
                 seam_faces: &run.near.seam_faces,
             });
             let patches = patches(sides, &[]);

@@ -7,6 +7,8 @@
 //! again, onto faces on the right side, unless these are much farther than the pair is deep: tissue that
 //! embraces a bone would leave across all of it. What leaves by its nearest way then is held out there.
 
+use std::collections::BTreeMap;
+
 use glam::DVec3;
 use kdop::Workspace;
 use proximity::{ClosestPoint, NearVertex, contact};
@@ -14,6 +16,7 @@ use scene::{Body, BodyKind};
 use surface::{Contact, triangle};
 
 use crate::curve_exits::PushMemory;
+use crate::near_pieces::PiecePair;
 use crate::spread::symmetric_sweeps;
 use crate::tissue::{Tissue, fitted_tree};
 
@@ -38,7 +41,8 @@ pub(crate) struct ExitMemory {
 /// Ways by which the bodies of a pair came apart in earlier rounds.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct PairMemory {
-    pub(crate) exits: [ExitMemory; 2],
+    /// Those of either body, for each pair of their pieces.
+    pub(crate) exits: BTreeMap<PiecePair, [ExitMemory; 2]>,
     pub(crate) pushes: PushMemory,
 }
 
@@ -58,6 +62,9 @@ impl ExitMemory {
 /// Vertices of one body against another body.
 pub(crate) struct ExitSide<'a> {
     pub(crate) tissue: &'a Tissue,
+    pub(crate) other_tissue: &'a Tissue,
+    /// Piece of the other body that vertices leave.
+    pub(crate) other_piece: u32,
     pub(crate) body: &'a Body,
     pub(crate) other: &'a Body,
     pub(crate) smoothing: f64,
@@ -207,7 +214,8 @@ impl ExitSide<'_> {
         other.tree().nearest(position, f64::INFINITY, workspace, |face, _| {
             let found = other.closest_on_face(position, face);
             let is_nearer = nearest.is_none_or(|nearest| found.is_before(&nearest));
-            if is_nearer && self.tissue.agrees(self.normal_of_other(face), side) {
+            let is_of_piece = self.other_tissue.piece_of_face(face) == self.other_piece;
+            if is_of_piece && is_nearer && self.tissue.agrees(self.normal_of_other(face), side) {
                 nearest = Some(found);
             }
             nearest.map_or(f64::INFINITY, |nearest| nearest.distance)
@@ -245,7 +253,7 @@ fn deepest_way(near: &[NearVertex]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeSet;
+    use std::collections::{BTreeMap, BTreeSet};
     use std::ops::Range;
 
     use fixtures::shapes;
@@ -275,7 +283,8 @@ mod tests {
         let mut memory = ExitMemory::default();
         memory.resize(out.len());
         memory.directions = out.iter().map(through).collect();
-        let memory = PairMemory { exits: [ExitMemory::default(), memory], ..PairMemory::default() };
+        let exits = BTreeMap::from([([0, 0], [ExitMemory::default(), memory])]);
+        let memory = PairMemory { exits, ..PairMemory::default() };
         run.pair_memories.insert(PairId::new(bone, muscle), memory);
 
         // Deep vertices of the muscle, and those that are held outside.

@@ -12,6 +12,7 @@ use crate::detection::{clearance, detection_margin};
 use crate::exit_patches::{PatchSide, direct_patches};
 use crate::exit_sides::{ExitSide, PairMemory};
 use crate::near_pairs::NearPair;
+use crate::near_pieces::near_pieces;
 use crate::run::Run;
 use crate::self_contacts::SelfSurface;
 use crate::tissue::{Tissue, fitted_tree};
@@ -151,18 +152,7 @@ impl Run<'_> {
         memory: &mut PairMemory,
     ) -> Vec<Contact> {
         let [a, b] = report.pair.bodies();
-        let sides =
-            [(a, &report.a_against_b), (b, &report.b_against_a)].map(|(id, side)| PatchSide {
-                tissue: &self.tissues[id.index()],
-                tree: fitted_tree(self.scene.body(id)),
-                near: &side.near,
-                seam_faces: &self.near.seam_faces,
-            });
-        direct_patches(sides, &report.crossing_faces, &mut memory.exits);
-
-        let [of_a, of_b] = &mut memory.exits;
-        let mut contacts = self.exit_side(a, b).contacts(&report.a_against_b.near, of_a);
-        contacts.extend(self.exit_side(b, a).contacts(&report.b_against_a.near, of_b));
+        let mut contacts = self.exit_contacts(report, memory);
 
         // Edges come free with deep vertices, and until then mean little.
         if self.uses_edges(report) {
@@ -185,14 +175,38 @@ impl Run<'_> {
         contacts
     }
 
+    /// Makes the contacts of a pair's vertices, piece by piece.
+    fn exit_contacts(&self, report: &PairReport, memory: &mut PairMemory) -> Vec<Contact> {
+        let ids = report.pair.bodies();
+        let mut contacts = Vec::new();
+        for (pieces, found) in near_pieces(ids.map(|id| &self.tissues[id.index()]), report) {
+            let exits = memory.exits.entry(pieces).or_default();
+            let sides = [0, 1].map(|side: usize| PatchSide {
+                tissue: &self.tissues[ids[side].index()],
+                tree: fitted_tree(self.scene.body(ids[side])),
+                near: &found.near[side],
+                piece: pieces[side],
+                seam_faces: &self.near.seam_faces,
+            });
+            direct_patches(sides, &found.crossing_faces, exits);
+            for (side, other) in [(0, 1), (1, 0)] {
+                let exit_side = self.exit_side(ids[side], ids[other], pieces[other]);
+                contacts.extend(exit_side.contacts(&found.near[side], &mut exits[side]));
+            }
+        }
+        contacts
+    }
+
     /// Returns true if a pair is so shallow that contacts of its edges are used.
     pub(crate) fn uses_edges(&self, report: &PairReport) -> bool {
         report.max_vertex_depth <= self.params.tuning.shallow_depth * self.params.smoothing
     }
 
-    fn exit_side(&self, body: BodyId, other: BodyId) -> ExitSide<'_> {
+    fn exit_side(&self, body: BodyId, other: BodyId, other_piece: u32) -> ExitSide<'_> {
         ExitSide {
             tissue: &self.tissues[body.index()],
+            other_tissue: &self.tissues[other.index()],
+            other_piece,
             body: self.scene.body(body),
             other: self.scene.body(other),
             smoothing: self.params.smoothing,

@@ -13,6 +13,7 @@ use surface::{TriangleSurface, mean_edge, parallel, triangle, vertex_areas, vert
 
 use crate::ResolveParams;
 use crate::count::as_f64;
+use crate::pieces::pieces;
 
 /// One body at rest, with the links between its vertices and its displacement in a round.
 #[derive(Debug)]
@@ -42,6 +43,8 @@ pub(crate) struct Tissue {
     pub(crate) crossings_to_resolve: Option<usize>,
     /// True for vertices inside another part of the body at the start, |V|; empty where none is.
     pub(crate) is_inside_itself: Vec<bool>,
+    /// Number of the piece of each vertex, |V|; empty for bodies of one.
+    pub(crate) pieces: Vec<u32>,
     /// Mean length of the edges at rest.
     pub(crate) mean_edge: f64,
     /// Signed volume at rest; `None` where the body has no inside, or none beyond rounding.
@@ -164,6 +167,7 @@ impl Tissue {
             params: *params,
             crossings_to_resolve: None,
             is_inside_itself: Vec::new(),
+            pieces: pieces(&surface, x),
             mean_edge: mean_edge(&surface, tree.positions()),
             volume: None,
             links: links(surface.edges(), x),
