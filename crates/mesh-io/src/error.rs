@@ -133,8 +133,10 @@ pub enum ReadError {
     /// Cells are no volume mesh.
     #[error(transparent)]
     Volume(#[from] VolumeError),
-    /// An element has the same node twice.
-    #[error("element {element} has node {node} twice: save it as one of fewer nodes")]
+    /// An element has the same node twice, and is no wedge and no tetrahedron by its other nodes.
+    #[error(
+        "element {element} has node {node} twice: save it as one of fewer nodes, or as tetrahedra (nodes may be repeated in linear hexahedra that are wedges or tetrahedra, and in linear wedges that are tetrahedra)"
+    )]
     RepeatedNode {
         /// Number of the element in the file.
         element: u64,

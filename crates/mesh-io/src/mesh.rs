@@ -221,9 +221,10 @@ impl Mesh {
         Ok(Self { skipped: skipped.if_any(), ..mesh })
     }
 
-    fn of_volume(nodes: NumberedNodes, cells: NumberedCells) -> Result<Self, ReadError> {
+    fn of_volume(nodes: NumberedNodes, mut cells: NumberedCells) -> Result<Self, ReadError> {
         let NumberedNodes { positions: nodes, numbers: node_numbers } = nodes;
         check_positions(&nodes)?;
+        cells.collapse();
         let refused = |error| by_number(error, &node_numbers, &cells.numbers);
         let mesh = VolumeMesh::new(nodes.len(), cells.cells).map_err(refused)?;
         let mesh = mesh.with_middle_nodes(cells.middle_nodes).map_err(refused)?;

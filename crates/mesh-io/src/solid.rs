@@ -71,6 +71,8 @@ pub(crate) struct NumberedCells {
     pub(crate) cells: Vec<Cell>,
     pub(crate) numbers: Vec<u64>,
     pub(crate) middle_nodes: Vec<MiddleNode>,
+    /// True for each cell whose element has no nodes but corners.
+    are_linear: Vec<bool>,
 }
 
 impl NumberedCells {
@@ -87,8 +89,19 @@ impl NumberedCells {
             Cell::Hexahedron(nodes) => Cell::Hexahedron(nodes.map(shifted)),
         }));
         self.numbers.extend(&others.numbers);
+        self.are_linear.extend(&others.are_linear);
         for &MiddleNode { node, ends } in &others.middle_nodes {
             self.middle_nodes.push(MiddleNode::new(node + shift, ends.map(shifted)));
+        }
+    }
+
+    /// Takes linear elements with repeated nodes for the wedges and tetrahedra that they are. Others stay as they
+    /// are, and are refused for these nodes.
+    pub(crate) fn collapse(&mut self) {
+        for (cell, &is_linear) in self.cells.iter_mut().zip(&self.are_linear) {
+            if let Some(collapsed) = cell.collapsed().filter(|_| is_linear) {
+                *cell = collapsed;
+            }
         }
     }
 
@@ -106,6 +119,7 @@ impl NumberedCells {
         let Ok(cell) = cell else { return false };
         self.cells.push(cell);
         self.numbers.push(number);
+        self.are_linear.push(solid.edges.is_empty());
         for (&node, edge) in middle.iter().zip(solid.edges) {
             self.middle_nodes.push(MiddleNode::new(node, edge.map(|place| corners[place])));
         }

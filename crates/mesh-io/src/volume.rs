@@ -8,7 +8,8 @@ use volume_mesh::{Boundary, VolumeMesh};
 /// Volume mesh of a file, whose boundary is the surface of the [`Mesh`](crate::Mesh).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Volume {
-    /// Tetrahedra, wedges and hexahedra, in the order of the file, those of quadratic elements by their corners.
+    /// Tetrahedra, wedges and hexahedra, in the order of the file, those of quadratic elements by their corners, and
+    /// linear hexahedra and wedges with repeated nodes as the wedges and tetrahedra that they are.
     pub mesh: VolumeMesh,
     /// Positions of all nodes, in the order of the file; of a part with nodes of its own, of these.
     pub nodes: Vec<DVec3>,

@@ -3,6 +3,7 @@
 //!
 //! - [`VolumeMesh`] has the cells; positions of the nodes are arguments, as those of surfaces are.
 //!   Nodes in the middle of the straight edges of quadratic elements go with their ends ([`MiddleNode`]).
+//!   Wedges and tetrahedra that are written as hexahedra with repeated nodes are read by [`Cell::collapsed`].
 //! - [`VolumeMesh::boundary`] returns the triangles around it, over the nodes that they use.
 //! - [`VolumeMesh::quality`] measures the scaled Jacobian of each cell.
 //! - [`VolumeMesh::follow`] moves the nodes inside after those of the boundary: the equilibrium of a
@@ -10,6 +11,7 @@
 
 mod boundary;
 mod cell;
+mod collapsed;
 mod elastic;
 mod error;
 mod follow;

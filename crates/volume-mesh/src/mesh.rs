@@ -48,14 +48,12 @@ impl VolumeMesh {
         }
         // Later loops index by these numbers without a check.
         for (number, cell) in cells.iter().enumerate() {
-            let nodes = cell.nodes();
-            for (place, &node) in nodes.iter().enumerate() {
-                if node as usize >= node_count {
-                    return Err(VolumeError::NodeOutOfRange { cell: number, node, node_count });
-                }
-                if nodes[..place].contains(&node) {
-                    return Err(VolumeError::RepeatedNode { cell: number, node });
-                }
+            let out_of_range = cell.nodes().iter().find(|&&node| node as usize >= node_count);
+            if let Some(&node) = out_of_range {
+                return Err(VolumeError::NodeOutOfRange { cell: number, node, node_count });
+            }
+            if let Some(node) = cell.repeated_node() {
+                return Err(VolumeError::RepeatedNode { cell: number, node });
             }
         }
         Ok(Self { node_count, cells, middle_nodes: Vec::new() })

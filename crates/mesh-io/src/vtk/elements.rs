@@ -125,9 +125,11 @@ fn turn_wedges(cells: &mut [Cell], positions: &[DVec3]) {
         // Nodes out of range are refused afterwards.
         let place = |node: u32| positions.get(node as usize).copied().unwrap_or_default();
         if let Cell::Wedge(nodes) = cell {
-            let [a, b, c, above, ..] = nodes.map(place);
-            let volume = DMat3::from_cols(b - a, c - a, above - a).determinant();
-            total += volume;
+            let [a, b, c, d, e, f] = nodes.map(place);
+            // Three tetrahedra: with repeated nodes, some are flat.
+            for [p, q, r] in [[b, c, f], [b, f, e], [e, f, d]] {
+                total += DMat3::from_cols(p - a, q - a, r - a).determinant();
+            }
         }
     }
     if total < 0.0 {

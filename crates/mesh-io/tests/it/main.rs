@@ -1,5 +1,6 @@
 //! Readers against planted meshes and fields in every format, and against damage.
 
+mod collapsed;
 mod element_surfaces;
 mod feb;
 mod fields;

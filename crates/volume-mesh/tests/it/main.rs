@@ -1,5 +1,6 @@
 //! Blocks that are stretched, pressed and pressed too far.
 
+mod collapsed;
 mod equilibrium;
 
 use std::ops::ControlFlow;
