@@ -72,6 +72,7 @@ mod ply_header;
 mod ply_replace;
 mod ply_text;
 mod replace;
+mod shared_elements;
 mod skipped;
 mod solid;
 mod source;

@@ -113,7 +113,7 @@ impl Polygons {
     }
 
     /// Returns the corners of each polygon.
-    fn iter(&self) -> impl Iterator<Item = &[i64]> {
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &[i64]> {
         let mut start = 0;
         self.ends.iter().map(move |&end| &self.corners[std::mem::replace(&mut start, end)..end])
     }

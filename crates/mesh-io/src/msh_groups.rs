@@ -123,7 +123,7 @@ impl MshGroups {
             }
         };
         let nodes = element.indices(known, corner_count)?;
-        surfaces.push(names, element, |part| part.polygons.push_nodes(&nodes));
+        surfaces.push(names, element, |part| part.push_surface_element(number, &nodes));
         Ok(())
     }
 
@@ -165,7 +165,7 @@ impl MshGroups {
         let are_of_one_kind = solids.groups.is_empty() || surface_bodies.is_empty();
         let whole = of_all.first().filter(|_| are_of_one_kind).cloned();
         let mut parts = FileParts::new(&MSH);
-        (parts.nodes, parts.whole) = (nodes, whole);
+        (parts.nodes, parts.whole, parts.share_elements) = (nodes, whole, true);
         for Group { mut part, .. } in solids.groups.into_iter().chain(surface_bodies) {
             if parts.known_number(part.name()).is_some() {
                 part.set_name(&format!("{} (surface)", part.name()));

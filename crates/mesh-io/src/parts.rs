@@ -7,6 +7,7 @@ use volume_mesh::Cell;
 
 use crate::error::Format;
 use crate::mesh::{Mesh, Polygons};
+use crate::shared_elements::KnownElements;
 use crate::solid::NumberedCells;
 use crate::text::quoted;
 use crate::text_nodes::TextNodes;
@@ -22,6 +23,8 @@ pub(crate) struct FileParts {
     parts: Vec<Part>,
     /// Name of the part that has the elements of all others, where there is one.
     pub(crate) whole: Option<String>,
+    /// True if an element may be in several parts, by its number.
+    pub(crate) share_elements: bool,
 }
 
 /// Nodes of a part of a file.
@@ -42,6 +45,8 @@ pub(crate) struct Part {
     name: String,
     pub(crate) cells: NumberedCells,
     pub(crate) polygons: Polygons,
+    /// Number of each polygon, where parts may share elements.
+    polygon_numbers: Vec<u64>,
     /// True if lists of its elements are rigid, false if one of them is not; `None` where nothing says so.
     is_rigid: Option<bool>,
     /// Elements that are no part of a mesh.
@@ -59,7 +64,13 @@ pub(crate) struct Part {
 
 impl FileParts {
     pub(crate) fn new(format: &'static Format) -> Self {
-        Self { format, nodes: TextNodes::default(), parts: Vec::new(), whole: None }
+        Self {
+            format,
+            nodes: TextNodes::default(),
+            parts: Vec::new(),
+            whole: None,
+            share_elements: false,
+        }
     }
 
     /// Returns the number of the part of a name.
@@ -142,7 +153,7 @@ impl FileParts {
         let nodes = parts().map(of_part).reduce(|a, b| a.start.min(b.start)..a.end.max(b.end));
         let nodes = nodes.unwrap_or_else(|| all.clone());
 
-        let mut whole = Part::default();
+        let (mut whole, mut known) = (Part::default(), KnownElements::default());
         for part in parts() {
             if let Some(feature) = &part.unsupported {
                 let part = quoted(&part.name);
@@ -150,7 +161,12 @@ impl FileParts {
                     format!("the part {part} with {feature}, which a scene file may leave out,");
                 return Err(self.format.unsupported(unread));
             }
-            whole.add(part, index(of_part(part).start - nodes.start)?);
+            let shift = index(of_part(part).start - nodes.start)?;
+            if self.share_elements && wanted.len() > 1 {
+                whole.add(&part.beside(&mut known), shift);
+            } else {
+                whole.add(part, shift);
+            }
         }
         whole.into_mesh(self.nodes.numbered.within(nodes.clone()), index(nodes.start)?)
     }
@@ -170,6 +186,23 @@ impl Part {
         part.unsupported.clone_from(&self.unsupported);
         part.has_other_solids = self.has_other_solids;
         Self { own_nodes: Some(nodes), ..part }
+    }
+
+    /// Returns the part without elements of other parts, which are known, and takes note of its own.
+    fn beside(&self, known: &mut KnownElements) -> Self {
+        Self {
+            cells: known.other_solids(&self.cells),
+            polygons: known.other_surfaces(&self.polygons, &self.polygon_numbers),
+            is_rigid: self.is_rigid,
+            skipped: self.skipped.clone(),
+            ..Self::named(&self.name)
+        }
+    }
+
+    /// Adds a polygon that is an element with a number.
+    pub(crate) fn push_surface_element(&mut self, number: u64, nodes: &[u32]) {
+        self.polygons.push_nodes(nodes);
+        self.polygon_numbers.push(number);
     }
 
     /// Returns a part of another name with the same nodes, but without a mesh, where there are nodes.

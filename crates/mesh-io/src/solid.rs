@@ -95,6 +95,17 @@ impl NumberedCells {
         }
     }
 
+    /// Returns the elements at some places, with all nodes in the middle of edges.
+    pub(crate) fn filtered(&self, is_wanted: impl Fn(usize) -> bool) -> Self {
+        let mut filtered = Self { middle_nodes: self.middle_nodes.clone(), ..Self::default() };
+        for place in (0..self.cells.len()).filter(|&place| is_wanted(place)) {
+            filtered.cells.push(self.cells[place]);
+            filtered.numbers.push(self.numbers[place]);
+            filtered.are_linear.push(self.are_linear[place]);
+        }
+        filtered
+    }
+
     /// Takes linear elements with repeated nodes for the wedges and tetrahedra that they are. Others stay as they
     /// are, and are refused for these nodes.
     pub(crate) fn collapse(&mut self) {

@@ -209,6 +209,39 @@ fn copies_of_an_element_are_one_in_several_groups() {
     assert_eq!((once.faces.len(), once), (2, twice));
 }
 
+/// Elements that are in two groups of one body are taken once.
+#[test]
+fn a_body_of_groups_with_elements_in_common_has_each_once() {
+    let [lower, _, first, _] = COPIES;
+    // All of an entity in version 4.1; one element of two in version 2, turned over.
+    let model_4 =
+        MODEL_4.replace("1 2 1 2 1 -1", "1 2 2 2 8 1 -1").replace("1 .5 1 9 0", "1 .5 2 9 11 0");
+    for model in [with_copies(&[lower, first], true), with_copies(&[lower, first], false), model_4]
+    {
+        let solids = cell_numbers(&model, &[NAMES[0], "volume 8"]);
+        assert_eq!(solids, [2, 4], "{model}");
+        let all = cell_numbers(&model, &["volume 8", "base", NAMES[0]]);
+        assert_eq!(all, [2, 4, 5], "{model}");
+
+        let bone = part(&model, &["bone", "surface 11"]).expect(&model);
+        assert_eq!(bone.faces, [[0, 1, 2], [1, 3, 2]], "{model}");
+    }
+}
+
+/// Elements of other numbers, or with other nodes, are others: nothing is lost.
+#[test]
+fn elements_of_two_groups_are_one_by_number_and_nodes() {
+    let same_nodes = MODEL.replace("5 6 2 4 2 6 7 8 1 2 3", "5 4 2 4 2 1 2 3 4");
+    let refusal =
+        part(&same_nodes, &[NAMES[0], "base"]).expect_err("two of four nodes").to_string();
+    assert_eq!(refusal, "elements 2 and 5 have the same nodes");
+    let same_number = MODEL.replace("5 6 2 4 2", "2 6 2 4 2");
+    assert_eq!(cell_numbers(&same_number, &[NAMES[0], "base"]), [2, 4, 2]);
+    let in_one_group = MODEL.replace("4 4 2 2 1 4 2 3 5", "2 4 2 2 1 1 2 3 4");
+    let refusal = part(&in_one_group, &[NAMES[0], "base"]).expect_err("twice").to_string();
+    assert_eq!(refusal, "elements 2, 2 and 5 share one face: at most two may");
+}
+
 /// Two triangles, with a place for a copy of the first one.
 const MODEL_OF_SURFACES: &str = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n4\n1 0 0 0\n2 1 0 0\n3 0 1 0\n\
     4 0 0 1\n$EndNodes\n$Elements\n2\n1 2 2 9 3 1 2 3\nCOPY2 2 2 9 3 2 1 4\n$EndElements\n";
