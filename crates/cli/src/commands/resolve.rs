@@ -55,7 +55,9 @@ In the scene file, a body with stiffness = 2 yields half as much as others (from
   within = 1.0            # all vertices within this distance
   of = \"femur\"          # of that body; or
   # vertices = \"ids.txt\" # the numbers in this file, or
-  # box = [[0, 0, 0], [10, 10, 5]]")]
+  # box = [[0, 0, 0], [10, 10, 5]]
+Numbers are those of the nodes in INP, FEB and MSH files. In PLY, OFF, OBJ, VTP, VTU and VTK files they count from 0, also in OBJ, whose own count
+from 1: its first vertex is 0. Vertices of STL files have none.")]
 pub(crate) struct ResolveArguments {
     #[command(flatten)]
     scene: SceneArguments,

@@ -32,6 +32,9 @@
 //! # vertices = "ids.txt"  # a file of their numbers,
 //! # box = [[0, 0, 0], [10, 10, 5]]
 //! ```
+//!
+//! Numbers of vertices are those of the nodes in INP, FEB and MSH files, and count from 0 in others, also in OBJ files, whose
+//! own count from 1; STL files have none.
 
 mod conditions;
 mod error;
