@@ -148,20 +148,59 @@ impl<F: LinearForces> System<'_, F> {
     }
 
     /// Solves for Δv by conjugate gradients from 0, preconditioned by the masses.
+    ///
+    /// Steps carry the residual along, and it drifts by rounding: it is computed anew where it
+    /// seems to be within the tolerance, and steps begin again while that helps.
     fn conjugate_gradient(
         &self,
-        mut residual: Vec<DVec3>,
+        right: Vec<DVec3>,
         params: &LinearParams,
     ) -> (Vec<DVec3>, LinearReport) {
-        let mut x = vec![DVec3::ZERO; residual.len()];
-        let mut direction = self.precondition(&residual);
+        let start = self.square(&right);
+        let mut x = vec![DVec3::ZERO; right.len()];
+        let (mut residual, mut remaining) = (right.clone(), relative(start, start));
+        let mut iterations = 0;
+
+        while iterations < params.max_iterations && remaining > params.tolerance {
+            let mut trial = x.clone();
+            let limit = params.max_iterations - iterations;
+            iterations += self.descend(&mut trial, &mut residual, start, limit, params.tolerance);
+
+            // The residual itself, without drift; a descent that does not lower it was the last.
+            self.product(&trial, &mut residual);
+            for (residual, right) in residual.iter_mut().zip(&right) {
+                *residual = *right - *residual;
+            }
+            let left = relative(self.square(&residual), start);
+            let is_lower = left < remaining;
+            if is_lower || iterations >= params.max_iterations {
+                (x, remaining) = (trial, left);
+            }
+            if !is_lower {
+                break;
+            }
+        }
+        let converged = remaining <= params.tolerance;
+        (x, LinearReport { iterations, residual: remaining, converged })
+    }
+
+    /// Descends from `x` until the residual that is carried along is within the tolerance, relative
+    /// to `start`; returns the steps.
+    fn descend(
+        &self,
+        x: &mut [DVec3],
+        residual: &mut [DVec3],
+        start: f64,
+        max_iterations: u32,
+        tolerance: f64,
+    ) -> u32 {
+        let mut direction = self.precondition(residual);
         let mut along = vec![DVec3::ZERO; residual.len()];
-        let start = dot(&residual, &direction);
-        let mut square = start;
+        let mut square = dot(residual, &direction);
         let mut iterations = 0;
 
         // Step along the direction to the minimum of the quadratic form.
-        while iterations < params.max_iterations && relative(square, start) > params.tolerance {
+        while iterations < max_iterations && relative(square, start) > tolerance {
             self.product(&direction, &mut along);
             let curvature = dot(&direction, &along);
             if curvature <= 0.0 {
@@ -169,20 +208,24 @@ impl<F: LinearForces> System<'_, F> {
             }
             iterations += 1;
             let step = square / curvature;
-            add_scaled(&mut x, step, &direction);
-            add_scaled(&mut residual, -step, &along);
+            add_scaled(x, step, &direction);
+            add_scaled(residual, -step, &along);
 
             // The next direction is conjugate to all earlier ones.
-            let preconditioned = self.precondition(&residual);
-            let next = dot(&residual, &preconditioned);
+            let preconditioned = self.precondition(residual);
+            let next = dot(residual, &preconditioned);
             let turn = next / square;
             square = next;
             for (d, r) in direction.iter_mut().zip(preconditioned) {
                 *d = r + turn * *d;
             }
         }
-        let residual = relative(square, start);
-        (x, LinearReport { iterations, residual, converged: residual <= params.tolerance })
+        iterations
+    }
+
+    /// Computes the square of a residual in the measure of the preconditioner.
+    fn square(&self, residual: &[DVec3]) -> f64 {
+        dot(residual, &self.precondition(residual))
     }
 
     fn precondition(&self, r: &[DVec3]) -> Vec<DVec3> {

@@ -11,6 +11,7 @@ mod coupled_rows;
 #[cfg(feature = "serde")]
 mod deserialized;
 mod distribution;
+mod implicit;
 mod mass_ratios;
 mod permanent;
 mod rows;
