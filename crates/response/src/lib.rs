@@ -44,8 +44,8 @@
 //! arguments; input that is not finite is an error that names the contact or
 //! the particle, and no result contains a value that is not finite. Momentum is
 //! kept to rounding, a hard correction is met to the residual it reports, and
-//! friction stays within its cone. Results have the same bits with and without
-//! the feature `rayon`, for any number of threads.
+//! friction stays within its cone, or opposes the slip that it takes a share of, once solved.
+//! Results have the same bits with and without the feature `rayon`, for any number of threads.
 //!
 //! # Example
 //!

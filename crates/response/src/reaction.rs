@@ -40,6 +40,13 @@ impl Friction {
 
     /// Returns the source's law, which removes the share µ, in `0.0..=1.0`, of the slip.
     ///
+    /// That is what one contact does by itself, or several that do not disturb each other. Where
+    /// contacts share particles, friction acts along the slip at the start, and against it: until
+    /// 1 − µ λ of that slip is left, and not where other contacts leave less. Its ratio to the push
+    /// is at most that of the contact by itself, so that it ends with the push. Such impulses, once
+    /// solved, only dissipate. In permanent contacts, and in corrections of displacements, friction
+    /// is not limited by a push.
+    ///
     /// # Errors
     ///
     /// [`ResponseError::Parameter`] outside the range.

@@ -118,15 +118,17 @@ impl CholeskyFactors {
             let direction = packed.normal;
             unknowns.push(Unknown { row, is_normal: true, direction, diagonal: compliant });
 
-            // A row that holds the tangent plane has two more.
-            let diagonal = match goal.tangent {
-                Tangent::Free | Tangent::Disc => None,
-                Tangent::Held => Some(hard),
-                Tangent::Compliant => Some(compliant),
+            // A share of a slip has one more, a row that holds the tangent plane two.
+            let mut push = |direction: DVec3, diagonal: f64| {
+                unknowns.push(Unknown { row, is_normal: false, direction, diagonal });
             };
-            if let Some(diagonal) = diagonal {
-                for direction in <[DVec3; 2]>::from(packed.normal.any_orthonormal_pair()) {
-                    unknowns.push(Unknown { row, is_normal: false, direction, diagonal });
+            match goal.tangent {
+                Tangent::Free | Tangent::Disc => {}
+                Tangent::Share => push(goal.share.direction, hard),
+                Tangent::Compliant => {
+                    let (first, second) = packed.normal.any_orthonormal_pair();
+                    push(first, compliant);
+                    push(second, compliant);
                 }
             }
             of_rows[row as usize] = [first, index(unknowns.len())];

@@ -14,11 +14,13 @@
 //!
 //! Rows that repeat each other make H singular, which does no harm. Rows that contradict
 //! each other have no solution, and the steps would diverge: the best impulses found are
-//! kept. Coulomb's friction is left out.
+//! kept. Coulomb's friction is left out. A share of a slip is removed by an equality, too; where
+//! that takes an impulse beyond its limits, or has no solution, Gauss–Seidel sweeps go on.
 
 use glam::DVec3;
 
 use super::cholesky::CholeskyFactors;
+use super::gauss_seidel;
 use super::jacobi::JacobiMemory;
 use super::packed::{PackedRow, PackedSystem, RowGoal, SolverState, Tangent};
 use super::parts::{Parts, dot};
@@ -52,6 +54,8 @@ pub(super) struct GradientMemory {
     /// Descent of the free rows, by the preconditioner.
     descent: Vec<Parts>,
     factors: CholeskyFactors,
+    /// Goals with Coulomb's friction.
+    goals: Vec<RowGoal>,
     /// One vector per particle.
     moved: Vec<DVec3>,
 }
@@ -64,9 +68,39 @@ pub(super) fn solve(
     memory: &mut GradientMemory,
     factors: &mut JacobiMemory,
 ) -> u32 {
+    drop_discs(system, state);
+    let steps = solve_equalities(system, state, params, memory, factors);
+    let has_shares = state.goals.iter().any(|goal| goal.tangent == Tangent::Share);
+    if steps >= params.max_iterations || !has_shares {
+        return steps;
+    }
+
+    // Sweeps keep to the limits of shares. Coulomb's friction stays left out.
+    memory.goals.clone_from(&state.goals);
+    for goal in &mut state.goals {
+        if goal.tangent == Tangent::Disc {
+            goal.tangent = Tangent::Free;
+        }
+    }
+    let mut sweeps = 0;
+    if state.residual(system).max() > params.tolerance {
+        let rest = SolverParams { max_iterations: params.max_iterations - steps, ..*params };
+        sweeps = gauss_seidel::solve(system, state, &rest);
+    }
+    state.goals.clone_from(&memory.goals);
+    steps + sweeps
+}
+
+/// Solves for all rows with shares as equalities; returns the steps.
+fn solve_equalities(
+    system: &PackedSystem,
+    state: &mut SolverState,
+    params: &SolverParams,
+    memory: &mut GradientMemory,
+    factors: &mut JacobiMemory,
+) -> u32 {
     factors.set_factors(system);
     let step = PROJECTED_STEP * factors.smallest_factor();
-    drop_discs(system, state);
     let mut solution = Solution { system, goals: &state.goals, memory, step };
 
     // Steps carry the residual along, and it drifts by rounding: it is computed anew in the
@@ -124,7 +158,7 @@ impl Solution<'_> {
 
             // 1 / (D + α): the inverse of the row's own entry in H.
             let normal = row.step * row.hardness;
-            let is_hard = goal.tangent == Tangent::Held;
+            let is_hard = goal.tangent == Tangent::Share;
             memory.scales.push([normal, if is_hard { row.step } else { normal }]);
         }
     }
@@ -390,7 +424,8 @@ fn restrained(row: &PackedRow, goal: &RowGoal, vector: DVec3) -> Parts {
     let normal = vector.dot(row.normal);
     let tangent = match goal.tangent {
         Tangent::Free | Tangent::Disc => DVec3::ZERO,
-        Tangent::Held | Tangent::Compliant => vector - normal * row.normal,
+        Tangent::Share => vector.dot(goal.share.direction) * goal.share.direction,
+        Tangent::Compliant => vector - normal * row.normal,
     };
     Parts { normal, tangent }
 }

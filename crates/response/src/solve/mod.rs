@@ -40,7 +40,10 @@
 //! | friction | tangential impulse |
 //! |---|---|
 //! | Coulomb | \|j\| <= µ_s p, else µ_d p along the slip |
-//! | the source's share | any; the target is (1 − µ λ) of the slip at the start |
+//! | the source's share | along the slip at the start, in 0..=κ p: until (1 − µ λ) of that slip is left |
+//!
+//! κ is the ratio of the tangential impulse to the normal one that the row has alone. Two-sided
+//! rows, and rows on displacements, have no such limit.
 //!
 //! [`Constraint::Contact`]: crate::Constraint::Contact
 //! [`Constraint::TwoSided`]: crate::Constraint::TwoSided
@@ -146,11 +149,12 @@ pub struct SolveReport {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Residual {
-    /// Of two-sided rows, vectors and shares of a slip: distance from the target.
+    /// Of two-sided rows and vectors: distance from the target.
     pub equality: f64,
     /// Of one-sided rows: a remaining approach, or a push that is not needed.
     pub complementarity: f64,
-    /// Of Coulomb friction: a slip that the friction disc forbids, or an impulse beyond it.
+    /// Of friction: a slip that Coulomb's disc or the source's share forbids, or an impulse beyond
+    /// their limits.
     pub cone: f64,
 }
 

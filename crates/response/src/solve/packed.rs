@@ -75,6 +75,31 @@ pub(super) struct RowGoal {
     /// True if the normal impulse must not pull.
     pub(super) is_one_sided: bool,
     pub(super) tangent: Tangent,
+    pub(super) share: ShareLimits,
+}
+
+/// Limits of a tangential impulse that removes a share of the slip: none, unless the goal is
+/// [`Tangent::Share`].
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct ShareLimits {
+    /// Unit vector along the slip at the start.
+    pub(super) direction: DVec3,
+    /// Largest impulse over the normal one; infinite where it is not limited by that.
+    ratio: f64,
+}
+
+impl ShareLimits {
+    /// Returns the largest impulse along the slip.
+    #[inline]
+    fn largest(&self, normal: f64) -> f64 {
+        if self.ratio.is_infinite() { f64::INFINITY } else { self.ratio * normal.max(0.0) }
+    }
+
+    /// Returns the nearest impulse that opposes the slip and is not too large.
+    #[inline]
+    fn within(&self, along: f64, normal: f64) -> DVec3 {
+        along.max(0.0).min(self.largest(normal)) * self.direction
+    }
 }
 
 /// Projection of a row's tangential impulse.
@@ -84,8 +109,8 @@ pub(super) enum Tangent {
     Free,
     /// Coulomb's disc.
     Disc,
-    /// Any impulse, hard.
-    Held,
+    /// One along the slip at the start, never against it, within the share's limits; hard.
+    Share,
     /// Any impulse, with the compliance of the normal.
     Compliant,
 }
@@ -253,7 +278,7 @@ impl PackedSystem {
         let tangent = match goal.tangent {
             Tangent::Free => DVec3::ZERO,
             Tangent::Disc => within_disc(row, tangent, normal),
-            Tangent::Held => tangent,
+            Tangent::Share => goal.share.within(tangent.dot(goal.share.direction), normal),
             Tangent::Compliant => {
                 let toward = row.hardness * row.step * slip;
                 impulse.tangent + factor * (toward - (1.0 - row.hardness) * impulse.tangent)
@@ -290,7 +315,8 @@ impl PackedSystem {
             Constraint::Vector(target) => target,
         };
         let is_one_sided = source.constraint.is_one_sided();
-        let goal = RowGoal { bias: given - target, is_one_sided, tangent: Tangent::Free };
+        let (bias, share) = (given - target, ShareLimits::default());
+        let goal = RowGoal { bias, is_one_sided, tangent: Tangent::Free, share };
         if let Constraint::Vector(_) = source.constraint {
             return RowGoal { tangent: Tangent::Compliant, ..goal };
         }
@@ -303,12 +329,24 @@ impl PackedSystem {
 
         // The source's friction leaves a share of the slip, where the contact approaches.
         let approach = start.dot(row.normal);
-        if is_one_sided && level != SolveLevel::Position && approach <= 0.0 {
+        let slip = start - approach * row.normal;
+        let (removed, speed) = (share * lambda, slip.length());
+        let direction = slip / speed;
+        if removed * speed <= 0.0 || !direction.is_finite() {
             return goal;
         }
-        let slip = start - approach * row.normal;
-        let left = (1.0 - share * lambda) * slip;
-        RowGoal { bias: goal.bias - left, tangent: Tangent::Held, ..goal }
+        let mut ratio = f64::INFINITY;
+        if is_one_sided && level != SolveLevel::Position {
+            // Impulses of the row alone, over D: friction is in this ratio to the push.
+            let push = row.hardness * (approach - target.dot(row.normal));
+            if approach <= 0.0 || push <= 0.0 {
+                return goal;
+            }
+            ratio = (removed * speed / push).min(f64::MAX);
+        }
+        let bias = goal.bias - (1.0 - removed) * slip;
+        let share = ShareLimits { direction, ratio };
+        RowGoal { bias, tangent: Tangent::Share, share, ..goal }
     }
 
     fn push(&mut self, number: u32, row: &ContactRow<'_>) {
@@ -371,8 +409,7 @@ fn changes(row: &PackedRow, goal: &RowGoal, from: Impulse, to: Impulse) -> Resid
     let tangent = (to.tangent - from.tangent).length() / row.step;
     match goal.tangent {
         Tangent::Free => {}
-        Tangent::Disc => residual.cone = tangent,
-        Tangent::Held => residual.equality = residual.equality.max(tangent),
+        Tangent::Disc | Tangent::Share => residual.cone = tangent,
         Tangent::Compliant => residual.equality = residual.equality.max(tangent / row.hardness),
     }
     residual
@@ -405,7 +442,8 @@ fn admissible(row: &PackedRow, goal: &RowGoal, impulse: Impulse) -> Impulse {
     let tangent = match goal.tangent {
         Tangent::Free => DVec3::ZERO,
         Tangent::Disc => within_disc(row, in_plane, normal),
-        Tangent::Held | Tangent::Compliant => in_plane,
+        Tangent::Share => goal.share.within(in_plane.dot(goal.share.direction), normal),
+        Tangent::Compliant => in_plane,
     };
     Impulse { normal, tangent }
 }

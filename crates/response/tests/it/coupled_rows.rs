@@ -1,6 +1,6 @@
 //! Coupled rows of all kinds by every solver, against a dense reference solution.
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use response::{Constraint, ContactLaw, ContactRows, Friction, SolveLevel};
 use surface::{Contact, Stencil};
 
@@ -49,57 +49,53 @@ impl Strip {
         rows
     }
 
-    /// Solves by dense elimination, for the first active set that fulfills the conditions.
+    /// Solves by dense elimination, for the first modes of all rows that fulfill the conditions.
     fn dense(&self, level: SolveLevel) -> Vec<DVec3> {
         let rows: Vec<_> = self.contacts.iter().map(|c| DenseRow::new(self, c, level)).collect();
-        let one_sided: Vec<usize> = (0..rows.len()).filter(|&i| rows[i].one_sided).collect();
-        for set in 0..1_u32 << one_sided.len() {
-            let is_off =
-                |i: usize| one_sided.iter().position(|k| *k == i).is_some_and(|p| set >> p & 1 > 0);
-            let impulses = self.eliminate(&rows, is_off);
+        let modes: Vec<Vec<Mode>> = rows.iter().map(DenseRow::modes).collect();
+        let count: usize = modes.iter().map(Vec::len).product();
+        for mut number in 0..count {
+            let mut present = Vec::new();
+            for modes in &modes {
+                present.push(modes[number % modes.len()]);
+                number /= modes.len();
+            }
+            let impulses = self.eliminate(&rows, &present);
             let q = self.after(&impulses);
-            let holds = rows.iter().zip(&impulses).enumerate().all(|(i, (row, j))| {
-                let left = (row.at(&q) - row.target).dot(row.normal);
-                !row.one_sided
-                    || if is_off(i) { left <= 1e-12 } else { j.dot(row.normal) >= -1e-12 }
-            });
-            if holds {
+            let mut all = rows.iter().zip(&present).zip(&impulses);
+            if all.all(|((row, mode), impulse)| row.holds(*mode, *impulse, &q)) {
                 return q;
             }
         }
-        unreachable!("no active set fulfills the conditions")
+        unreachable!("no modes fulfill the conditions")
     }
 
-    /// Impulses of the rows, with no normal one where `is_off`.
-    fn eliminate(&self, rows: &[DenseRow], is_off: impl Fn(usize) -> bool) -> Vec<DVec3> {
-        let n = rows.len();
-        let projections: Vec<DMat3> = (0..n).map(|i| rows[i].directions(is_off(i))).collect();
-        let mut matrix = vec![vec![0.0; 3 * n + 1]; 3 * n];
-        for i in 0..n {
-            for j in 0..n {
+    /// Impulses of the rows in some modes.
+    fn eliminate(&self, rows: &[DenseRow], modes: &[Mode]) -> Vec<DVec3> {
+        let mut unknowns = Vec::new();
+        for (row, mode) in rows.iter().zip(modes) {
+            unknowns.extend(row.unknowns(*mode).into_iter().map(|unknown| (row, unknown)));
+        }
+        let mut matrix = Vec::new();
+        for (number, (row, unknown)) in unknowns.iter().enumerate() {
+            let mut entries = Vec::new();
+            for (place, (other, by)) in unknowns.iter().enumerate() {
                 let mut coupling = 0.0;
                 for k in 0..self.q.len() {
-                    coupling += rows[i].weights[k] * rows[j].weights[k] * self.w[k];
+                    coupling += row.weights[k] * other.weights[k] * self.w[k];
                 }
-                let mut block = projections[i] * projections[j] * coupling;
-                if i == j {
-                    // Directions without an impulse have the equation λ = 0.
-                    block += projections[i] * rows[i].compliance * projections[i];
-                    block += DMat3::IDENTITY - projections[i];
-                }
-                for r in 0..3 {
-                    for c in 0..3 {
-                        matrix[3 * i + r][3 * j + c] = block.col(c)[r];
-                    }
-                }
+                let own = if number == place { unknown.compliance } else { 0.0 };
+                entries.push(coupling * unknown.along.dot(by.impulse) + own);
             }
-            let right = projections[i] * (rows[i].at(&self.q) - rows[i].target);
-            for r in 0..3 {
-                matrix[3 * i + r][3 * n] = right[r];
-            }
+            entries.push((row.at(&self.q) - row.target).dot(unknown.along));
+            matrix.push(entries);
         }
-        let solution = gauss(matrix);
-        (0..n).map(|i| DVec3::from_slice(&solution[3 * i..])).collect()
+        let mut impulses = vec![DVec3::ZERO; rows.len()];
+        for ((row, unknown), value) in unknowns.iter().zip(gauss(matrix)) {
+            let number = rows.iter().position(|other| std::ptr::eq(other, *row));
+            impulses[number.expect("one of the rows")] += value * unknown.impulse;
+        }
+        impulses
     }
 
     fn after(&self, impulses: &[DVec3]) -> Vec<DVec3> {
@@ -113,15 +109,44 @@ impl Strip {
     }
 }
 
-/// One row of the dense reference: its directions are all, or the normal, with a tangent where
-/// the source's friction holds it.
+/// State of a row in a solution.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Mode {
+    /// True if the normal impulse is not 0.
+    pushes: bool,
+    rubs: Rub,
+}
+
+/// State of the friction of a row.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Rub {
+    /// No impulse: the slip is no larger than its target.
+    Free,
+    /// The slip is at its target.
+    Held,
+    /// The impulse is the largest one: the slip is no smaller than its target.
+    Largest,
+}
+
+/// One unknown of the dense reference: the part of the motion that it sets, and its impulse.
+struct Unknown {
+    along: DVec3,
+    impulse: DVec3,
+    compliance: f64,
+}
+
+/// One row of the dense reference.
 struct DenseRow {
     weights: Vec<f64>,
     normal: DVec3,
     target: DVec3,
-    compliance: DMat3,
-    one_sided: bool,
-    has_tangent: bool,
+    compliance: f64,
+    is_one_sided: bool,
+    is_vector: bool,
+    /// Direction of the slip at the start, where the source's friction acts on it.
+    slip: Option<DVec3>,
+    /// Largest impulse of friction over the normal one, where it has such a limit.
+    ratio: Option<f64>,
 }
 
 impl DenseRow {
@@ -135,39 +160,101 @@ impl DenseRow {
             weights[t.particle as usize] += t.weight;
         }
         let normal = contact.normal;
-        let along = DMat3::from_cols(normal * normal.x, normal * normal.y, normal * normal.z);
         let start = contact.stencil.combine(|k| strip.q[k as usize]);
         let (approach, depth) = (start.dot(normal), -contact.gap);
         let lambda = (1.0 + depth).clamp(0.0, 1.0);
         let is_position = level == SolveLevel::Position;
-        let is_share = law.friction() != Friction::NONE;
-        let left = (1.0 - 0.6 * lambda) * (start - approach * normal);
-        let of_normal = |t: f64| t * normal + if is_share { left } else { DVec3::ZERO };
-        let (target, one_sided) = match *constraint {
+        let slip = start - approach * normal;
+        let left = (1.0 - 0.6 * lambda) * slip;
+        let (target, is_one_sided) = match *constraint {
             Constraint::Vector(target) => (target, false),
-            Constraint::Contact if is_position => (of_normal(-depth), true),
-            Constraint::Contact => (of_normal((1.0 - lambda) * approach.max(0.0)), true),
-            Constraint::OneSided(target) => (of_normal(target), true),
-            Constraint::TwoSided(target) => (of_normal(target), false),
+            Constraint::Contact if is_position => (-depth * normal, true),
+            Constraint::Contact => ((1.0 - lambda) * approach.max(0.0) * normal, true),
+            Constraint::OneSided(target) => (target * normal, true),
+            Constraint::TwoSided(target) => (target * normal, false),
             _ => unreachable!("another constraint"),
         };
         let is_vector = matches!(constraint, Constraint::Vector(_));
-        let rubs = is_share && (!one_sided || is_position || approach > 0.0);
-        let compliance = law.compliance() * if is_vector { DMat3::IDENTITY } else { along };
-        let has_tangent = is_vector || rubs;
-        Self { weights, normal, target, compliance, one_sided, has_tangent }
+
+        // Alone, the row has the push that meets its target, and the friction in proportion.
+        let is_limited = is_one_sided && !is_position;
+        let hardness = 1.0 / (1.0 + law.compliance() / mobility(&weights, &strip.w));
+        let push = hardness * (approach - target.dot(normal));
+        let rubs = law.friction() != Friction::NONE
+            && lambda > 0.0
+            && (!is_limited || (approach > 0.0 && push > 0.0));
+        let ratio = is_limited.then(|| 0.6 * lambda * slip.length() / push);
+        let target = if rubs { target + left } else { target };
+        let slip = rubs.then(|| slip.normalize());
+        let compliance = law.compliance();
+        Self { weights, normal, target, compliance, is_one_sided, is_vector, slip, ratio }
     }
 
     fn at(&self, q: &[DVec3]) -> DVec3 {
         self.weights.iter().zip(q).map(|(weight, q)| *weight * *q).sum()
     }
 
-    fn directions(&self, is_off: bool) -> DMat3 {
-        let n = self.normal;
-        let along = DMat3::from_cols(n * n.x, n * n.y, n * n.z);
-        let across = if self.has_tangent { DMat3::IDENTITY - along } else { DMat3::ZERO };
-        if is_off { across } else { along + across }
+    /// All modes that the row may be in.
+    fn modes(&self) -> Vec<Mode> {
+        let mut modes = Vec::new();
+        for pushes in [true, false] {
+            for rubs in [Rub::Free, Rub::Held, Rub::Largest] {
+                let can_push = pushes || self.is_one_sided;
+                let can_rub = match rubs {
+                    Rub::Free => true,
+                    Rub::Held => self.slip.is_some() && (pushes || self.ratio.is_none()),
+                    Rub::Largest => self.slip.is_some() && pushes && self.ratio.is_some(),
+                };
+                if can_push && can_rub {
+                    modes.push(Mode { pushes, rubs });
+                }
+            }
+        }
+        modes
     }
+
+    fn unknowns(&self, mode: Mode) -> Vec<Unknown> {
+        let compliance = self.compliance;
+        if self.is_vector {
+            let axes = [DVec3::X, DVec3::Y, DVec3::Z];
+            return axes.map(|along| Unknown { along, impulse: along, compliance }).into();
+        }
+        let (n, slip) = (self.normal, self.slip.unwrap_or_default());
+        let mut unknowns = Vec::new();
+        if mode.pushes {
+            let most = self.ratio.unwrap_or(0.0) * slip;
+            let impulse = if mode.rubs == Rub::Largest { n + most } else { n };
+            unknowns.push(Unknown { along: n, impulse, compliance });
+        }
+        if mode.rubs == Rub::Held {
+            unknowns.push(Unknown { along: slip, impulse: slip, compliance: 0.0 });
+        }
+        unknowns
+    }
+
+    /// Returns true if a solution fulfills the conditions of the mode.
+    fn holds(&self, mode: Mode, impulse: DVec3, q: &[DVec3]) -> bool {
+        const ROUNDING: f64 = 1e-12;
+        let left = self.at(q) - self.target;
+        let push = impulse.dot(self.normal);
+        let pushes = !self.is_one_sided
+            || if mode.pushes { push >= -ROUNDING } else { left.dot(self.normal) <= ROUNDING };
+        let Some(slip) = self.slip else { return pushes };
+        let most = self.ratio.map_or(f64::INFINITY, |ratio| ratio * push);
+        let (left, rub) = (left.dot(slip), impulse.dot(slip));
+        pushes
+            && match mode.rubs {
+                // Without a push, no slip is too fast.
+                Rub::Free => left <= ROUNDING || most <= ROUNDING,
+                Rub::Held => rub >= -ROUNDING && rub <= most + ROUNDING,
+                Rub::Largest => left >= -ROUNDING,
+            }
+    }
+}
+
+/// Σ β² / m of a row.
+fn mobility(weights: &[f64], w: &[f64]) -> f64 {
+    weights.iter().zip(w).map(|(weight, w)| weight * weight * w).sum()
 }
 
 /// Gaussian elimination with pivots.

@@ -20,6 +20,7 @@ mod scenes_hard;
 mod scenes_momentum;
 mod scenes_springs;
 
+mod shares;
 mod soft;
 mod solving;
 mod step_scenes;
