@@ -4,14 +4,15 @@
 //! found by branch and bound. For the point q of the rigid body nearest to a ball of a piece,
 //! `|q − c| − r` is convex, and its curvature is at most the inverse of the distance: so it is below
 //! its minimum at the corners by at most the square of the piece's size over six times that
-//! distance, and few pieces are left after a few halvings. Near the rigid body, where that bound is
-//! useless, slopes of at most 1 bound it.
+//! distance, and few pieces are left after a few halvings. Near the rigid body and inside it, where
+//! that bound is useless, slopes of at most 1 bound it. Pieces of smaller bounds come first.
 //!
 //! Source: S. A. Piyavskii, "An algorithm for finding the absolute extremum of a function", USSR
 //! Computational Mathematics and Mathematical Physics 12, 1972. Differs in bounding curvature as
 //! well as slopes, on triangles.
 
-use std::collections::BTreeMap;
+use std::cmp::Ordering;
+use std::collections::{BTreeMap, BinaryHeap};
 
 use glam::DVec3;
 use kdop::{Dop18, Workspace};
@@ -23,11 +24,11 @@ use super::{
 };
 use crate::{Ball, MedialError};
 
-/// Maximum number of pieces that a primitive is divided into before its smallest evaluated gap is
+/// Maximum number of pieces of a primitive that are divided before its smallest evaluated gap is
 /// reported, whatever that is: a smaller one, within the margin, may be between.
 ///
-/// Only primitives that are many times larger than their distance from the rigid body need more than
-/// some hundred.
+/// Only primitives that are many times larger than their distance from the rigid body, or whose
+/// centers are inside it, need more than some hundred.
 const MAX_PIECES: usize = 4096;
 
 /// Rigid body as one side of contacts with balls.
@@ -75,6 +76,16 @@ struct WeightedGap {
     at: BallGap,
 }
 
+/// Piece of a primitive between three of its balls, in the order in which pieces are divided.
+#[derive(Debug)]
+struct Piece {
+    corners: [WeightedGap; 3],
+    /// Lower bound on the gaps of its balls.
+    bound: f64,
+    /// Number of pieces before it.
+    number: usize,
+}
+
 /// Contact of a ball of a primitive.
 struct Found {
     ball: PrimitiveBall,
@@ -90,12 +101,14 @@ struct Rigid<'a, D> {
 impl MedialDetector {
     /// Finds the contacts of the balls, which are those of `own`, with a rigid body that `distance`
     /// returns the signed distance of points of the world from: balls within the margin, ascending,
-    /// then cones and slabs within the margin between balls outside, ascending, at their smallest
-    /// gap.
+    /// then cones and slabs within the margin, ascending, at the smallest gap between their balls.
+    /// Cones and slabs with a ball within the margin are among the latter where that gap is smaller
+    /// than those of their balls by more than the tolerance.
     ///
     /// The smallest gap is found up to the tolerance, so that it may be beyond the margin by that
-    /// much, or by more in a primitive that is many times larger than its distance. Where the ball
-    /// of that gap is one of the medial surface, it is reported once, among the balls.
+    /// much, or by more in a primitive that is many times larger than its distance, or whose centers
+    /// are inside the rigid body. Where the ball of that gap is one of the medial surface, it is
+    /// reported once, among the balls.
     ///
     /// The distance has to be known at the centers of the balls, which are as deep in the body as
     /// it is thick.
@@ -155,7 +168,7 @@ impl MedialDetector {
 }
 
 impl<D: Fn(DVec3) -> RigidDistance> Rigid<'_, D> {
-    /// Finds the balls within the margin, then the smallest gaps of the other primitives within it.
+    /// Finds the balls within the margin, then the smallest gaps between balls within it.
     fn find(&self, detector: &MedialDetector, near: &[u32]) -> Result<Vec<Found>, MedialError> {
         let medial = &detector.medial;
         let mut gaps: Vec<Option<BallGap>> = vec![None; medial.balls().len()];
@@ -180,9 +193,8 @@ impl<D: Fn(DVec3) -> RigidDistance> Rigid<'_, D> {
                 corners[k] = Some(WeightedGap { weights, at });
             }
 
-            // Between balls outside the margin, some may be within it.
+            // Between balls outside the margin, some may be within it, and deeper ones between others.
             if let [Some(a), Some(b), Some(c)] = corners
-                && ![a, b, c].iter().any(|corner| self.is_contact(&corner.at))
                 && let Some(lowest) = self.min_gap(&medial.primitive_balls(primitive), [a, b, c])?
             {
                 let ball = PrimitiveBall { primitive, weights: lowest.weights };
@@ -219,43 +231,52 @@ impl<D: Fn(DVec3) -> RigidDistance> Rigid<'_, D> {
         }
     }
 
-    /// Finds the smallest gap between three balls that are outside the margin; `None` where it is
-    /// certainly outside, too.
+    /// Finds the smallest gap between three balls; `None` where it is certainly outside the margin,
+    /// or where that of a ball within it is as small up to the tolerance.
     fn min_gap(
         &self,
         balls: &[Ball; 3],
         corners: [WeightedGap; 3],
     ) -> Result<Option<WeightedGap>, MedialError> {
         let RigidSide { margin, tolerance, .. } = *self.side;
-        let mut lowest = lowest_of(None, corners);
-        let mut pieces = vec![corners];
-        let (mut count, mut may_be_within) = (0, false);
-        while let Some(piece) = pieces.pop() {
-            let bound = lower_bound(&piece);
-            if bound > margin {
-                continue;
-            }
+
+        // Balls within the margin are reported: only smaller gaps than theirs count.
+        let reported =
+            corners.map(|corner| corner.at.gap).into_iter().fold(f64::INFINITY, f64::min);
+        let is_reported = reported <= margin;
+        let needed = if is_reported { reported - tolerance } else { f64::INFINITY };
+        let is_needed = |at: &WeightedGap| at.at.gap < needed;
+        let mut lowest = lowest_of(None, corners).filter(is_needed);
+
+        let mut pieces = BinaryHeap::from([Piece::new(corners, 0)]);
+        let (mut number, mut may_be_within) = (0, false);
+        while let Some(Piece { corners: [a, b, c], bound, .. }) = pieces.pop() {
+            // All other pieces have larger bounds.
             let lowest_gap = lowest.map_or(f64::INFINITY, |lowest| lowest.at.gap);
+            if bound > margin || bound >= needed {
+                break;
+            }
             if bound >= lowest_gap - tolerance {
                 may_be_within = true;
-                continue;
+                break;
             }
-            if count == MAX_PIECES {
+            if number >= 4 * MAX_PIECES {
                 let unknown = || MedialError::DistanceRange {
-                    known: piece[0].at.gap + piece[0].at.ball.radius,
-                    needed: piece[0].at.gap + piece[0].at.ball.radius + margin - bound,
+                    known: a.at.gap + a.at.ball.radius,
+                    needed: a.at.gap + a.at.ball.radius + margin - bound,
                 };
-                return lowest.map(Some).ok_or_else(unknown);
+                return if is_reported { Ok(lowest) } else { lowest.map(Some).ok_or_else(unknown) };
             }
-            count += 1;
 
             // Quarters, by the middles of the sides.
-            let [a, b, c] = piece;
             let ab = self.middle(balls, &a, &b)?;
             let bc = self.middle(balls, &b, &c)?;
             let ca = self.middle(balls, &c, &a)?;
-            lowest = lowest_of(lowest, [ab, bc, ca]);
-            pieces.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
+            lowest = lowest_of(lowest, [ab, bc, ca]).filter(is_needed);
+            for corners in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
+                number += 1;
+                pieces.push(Piece::new(corners, number));
+            }
         }
         Ok(lowest.filter(|lowest| may_be_within || self.is_contact(&lowest.at)))
     }
@@ -272,6 +293,33 @@ impl<D: Fn(DVec3) -> RigidDistance> Rigid<'_, D> {
         Ok(WeightedGap { weights, at })
     }
 }
+
+impl Piece {
+    fn new(corners: [WeightedGap; 3], number: usize) -> Self {
+        Self { corners, bound: lower_bound(&corners), number }
+    }
+}
+
+impl Ord for Piece {
+    /// Compares such that the largest piece has the smallest bound, the first of equals.
+    fn cmp(&self, other: &Self) -> Ordering {
+        other.bound.total_cmp(&self.bound).then(other.number.cmp(&self.number))
+    }
+}
+
+impl PartialOrd for Piece {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Piece {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl Eq for Piece {}
 
 /// Returns the ball of a primitive that has all of the weight, if one has.
 fn single_ball(primitive: [u32; 3], weights: [f64; 3]) -> Option<u32> {
@@ -306,8 +354,11 @@ fn lower_bound(piece: &[WeightedGap; 3]) -> f64 {
         max_radius = max_radius.max(at.ball.radius);
     }
 
+    // By the slope of the distance: the mean of the squared distances from the corners, weighted as
+    // the ball, is at most the square of the radius of the smallest circle around the piece.
+    let mut bound = min_gap - size / 3.0_f64.sqrt();
+
     // By the slopes of the distance and of the radius, from each corner.
-    let mut bound = f64::NEG_INFINITY;
     for WeightedGap { at, .. } in piece {
         bound = bound.max(at.gap - size - (max_radius - at.ball.radius));
     }

@@ -60,7 +60,7 @@ fn balls_and_slabs_meet_what_dense_samples_meet() {
     let body = Detected::new(&small_muscle(), 24, 0.0, 8);
     let medial = body.detector.medial();
     let mut random = Random(4);
-    let (mut balls, mut between) = (0, 0);
+    let (mut balls, mut between, mut deeper) = (0, 0, 0);
     for _ in 0..120 {
         let center = vector(&mut random, 1.0) * DVec3::new(40.0, 20.0, 16.0);
         let radius = number(&mut random, 3.0, 7.0);
@@ -90,23 +90,35 @@ fn balls_and_slabs_meet_what_dense_samples_meet() {
             }
         }
 
-        // Every primitive within the margin whose balls are outside.
+        // Every primitive within the margin, by its balls or by the contact between them.
         for (number, corners) in (0_u32..).zip(medial.primitives()) {
             let corners = corners.map(|ball| medial.balls()[ball as usize]);
-            let is_outside = corners.iter().all(|&ball| bone.gap(ball) > margin);
+            let of_balls = corners.map(|ball| bone.gap(ball)).into_iter().fold(f64::MAX, f64::min);
             let mut lowest = f64::INFINITY;
             for weights in grid_weights(40) {
                 lowest = lowest.min(bone.gap(Ball::interpolate(&corners, weights)));
             }
-            let found = contacts.iter().find(|found| found.ball.primitive == number);
-            if is_outside && lowest <= margin {
+            let is_between = |found: &&MedialContact| found.ball.weights.iter().all(|&w| w < 1.0);
+            let mut of_primitive = contacts.iter().filter(|found| found.ball.primitive == number);
+            let found = of_primitive.find(is_between);
+            if of_balls > margin && lowest <= margin {
                 let found = found.unwrap_or_else(|| panic!("primitive {number} at {lowest}"));
                 assert!(found.contact.gap <= lowest + tolerance, "{lowest} {found:?}");
                 between += 1;
             }
+            if of_balls <= margin {
+                let of_found = found.map_or(f64::INFINITY, |found| {
+                    bone.gap(Ball::interpolate(&corners, found.ball.weights))
+                });
+                let reported = of_balls.min(of_found);
+                assert!(reported <= lowest + tolerance, "{number}: {reported}, not {lowest}");
+                assert!(found.is_none() || of_found < of_balls - tolerance, "{number}: {found:?}");
+                deeper += usize::from(found.is_some());
+            }
         }
     }
     assert!(balls > 50 && between > 10, "{balls} balls, {between} between");
+    assert!(deeper > 10, "{deeper} are deeper between their balls");
 }
 
 /// Where the distance of a ball in reach is unknown, that is reported, not estimated.
@@ -177,6 +189,22 @@ fn a_ball_that_slabs_share_is_one_contact() {
 
     // Within the margin it is one contact, too, and far from it none.
     assert_eq!((tip(-1.05).len(), tip(-1.7).len()), (1, 0));
+}
+
+/// A slab whose balls are just within the margin, and whose middle is deep in the rigid body.
+#[test]
+fn balls_within_the_margin_hide_no_deeper_ones() {
+    let (margin, tolerance, radius) = (1.0, 0.05, 4.0);
+    let middle = (DVec3::X * 10.0 + DVec3::new(5.0, 75.0_f64.sqrt(), 0.0)) / 3.0;
+    let distance = |p: DVec3| RigidDistance::Value {
+        distance: p.distance(middle) - radius,
+        normal: (p - middle).try_normalize().unwrap_or(DVec3::Z),
+    };
+    let contacts = contacts_of_a_fan(distance, margin, tolerance).expect("a known distance");
+    let is_ball = |found: &&MedialContact| found.ball.weights.contains(&1.0);
+    assert_eq!(contacts.iter().filter(is_ball).count(), 3, "{contacts:?}");
+    let deepest = contacts.iter().map(|found| found.contact.gap).fold(f64::INFINITY, f64::min);
+    assert!(deepest <= -radius - 1.0 + tolerance, "{deepest}");
 }
 
 /// A gap that is certainly beyond the margin is no contact, though by less than the tolerance.
