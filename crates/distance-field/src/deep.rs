@@ -24,8 +24,8 @@ const DRAWN_PER_SAMPLE: usize = 64;
 
 /// Spacings by which a distance may exceed the value of the field.
 ///
-/// Values at nodes are too large or right, up to half a voxel, and those between them are within
-/// the half diagonal of a cell: √3/2 + √3/2 spacings at most.
+/// Values at nodes are too small by at most half the diagonal of a voxel, and those between them by
+/// half the diagonal of a cell more: √3/2 + √3/2 spacings at most.
 const MAX_SHORTFALL: f64 = 2.0;
 
 /// Point far from the surface, at which the field is compared.

@@ -38,10 +38,11 @@
 //!   one spacing. On bones the error is a tenth of that nearly everywhere, as every build
 //!   measures at sample points ([`FieldReport::measured_error`]). Nearly all of it comes from
 //!   interpolation. A value of the wrong sign is off by the sum of both distances.
-//! - Beyond the band, a value may be too large, never too small, where two parts of the
-//!   surface compete: by hundredths of a spacing over a bone, by up to a fifth around a body
-//!   no larger than the band. Every build also measures that where it is expected to be
-//!   largest ([`FieldReport::measured_deep_error`]).
+//! - Beyond the band, the value of a node may be too large, never too small, where two parts of
+//!   the surface compete: near medial planes and edges, by at most √3 spacings, which is proved;
+//!   by up to .9 is measured, around boxes. Between nodes, across a crease of the distance, values
+//!   are up to half a spacing too large or too small, as measured. Every build also measures that
+//!   where it is expected to be largest ([`FieldReport::measured_deep_error`]).
 //! - A solid thinner than 1.5 spacings loses part of its inside between nodes; the build
 //!   warns about it ([`FieldWarning::ThinnerThanGrid`]).
 //! - Where several parts of the surface are equally near, no direction is right; the gradient

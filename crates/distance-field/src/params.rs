@@ -55,8 +55,8 @@ pub enum FieldMethod {
     /// face that is closest to the nearest node of the band. Signed by winding number.
     ExactBand {
         /// Half width in spacings, `>= 1.75`, so that all corners of a cell that the
-        /// surface crosses are exact. Under 3, a distance just outside the band can err by
-        /// most of a spacing near a sharp rim.
+        /// surface crosses are exact. A distance just outside the band can err by most of a
+        /// spacing, near a medial plane or, under 3, near a sharp rim.
         band: f64,
         /// Meaning of the values at the nodes of the band.
         node_values: NodeValues,

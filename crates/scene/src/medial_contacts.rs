@@ -85,8 +85,8 @@ impl Scene {
     /// See [`MedialDetector::rigid_contacts`] for the contacts that are found. The field has to hold
     /// distances at the centers of the balls, which are as deep in the body as it is thick: it needs
     /// that much padding, no truncation below it, and a band of exact distances as wide. Beyond its
-    /// band, the distances of a field are up to a fifth of its spacing too large, and so are these
-    /// gaps.
+    /// band, the distances of a field are up to half its spacing too large or too small near medial
+    /// planes and edges, as measured, and so are these gaps.
     ///
     /// # Errors
     ///

@@ -93,10 +93,19 @@ impl ElasticBody {
         let mut direction = precondition(&residual, &inverse_blocks);
         let start = dot(&residual, &direction);
         let (mut square, mut done) = (start, 0.0_f64);
+        let mut last = f64::INFINITY;
 
         for step in 0..max_steps(u.len()) {
             if square <= TOLERANCE * TOLERANCE * start {
-                break;
+                // Steps carry the residual along, and it drifts by rounding: it is computed anew,
+                // and steps begin again while that helps.
+                residual = self.forces(&u, is_given);
+                direction = precondition(&residual, &inverse_blocks);
+                square = dot(&residual, &direction);
+                if square <= TOLERANCE * TOLERANCE * start || square >= last {
+                    break;
+                }
+                last = square;
             }
             if step % POLLED_STEPS == 0 {
                 // The residual falls by about the same factor per step, and rises at times.

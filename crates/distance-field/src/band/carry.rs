@@ -1,7 +1,10 @@
 //! Faces carried beyond the band: each node takes the face of the nearest band node.
 //!
 //! That face is nearly always the node's own closest: one measurement per node instead of a
-//! search, which errs by hundredths of a spacing only where two faces compete.
+//! search. Where two faces compete, near medial planes and edges, distances may be too large. On
+//! the way from a node to its closest point, at √3/2 less than the half width of the band from
+//! that point, there is a node of the band within √3/2: so the nearest one and its face are
+//! farther than the closest point by at most √3 spacings.
 
 use surface::progress::Progress;
 

@@ -10,6 +10,7 @@
 
 mod accuracy;
 mod any_triangles;
+mod beyond_band;
 mod cavities;
 mod contacts;
 mod failures;
