@@ -66,6 +66,7 @@
 
 mod build;
 mod cluster;
+mod common_points;
 mod directions;
 mod dop;
 mod dop4;

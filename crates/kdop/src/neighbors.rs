@@ -3,6 +3,8 @@
 use wide::u32x8;
 
 use crate::cluster::{Cluster, Clusters, HALVES, MAX_LEAVES};
+use crate::common_points::CommonPoints;
+use crate::node::Node;
 
 /// Adjacency of clusters in compressed sparse rows, with the leaves that share points.
 ///
@@ -17,13 +19,17 @@ pub(crate) struct Neighbors {
     shared: Vec<u64>,
     /// Clusters with a point that more than [`MAX_LISTED`] clusters use.
     crowded: Vec<bool>,
+    /// Points that all leaves of nodes and clusters have in common, where there is a crowded one.
+    pub(crate) common: Option<CommonPoints>,
 }
 
 /// Maximum number of clusters at one point whose pairs are listed.
 ///
 /// Pairs beyond it are compared when a traversal comes to them. A point of an ordinary mesh is used
 /// by two to five clusters. The list grows with the square of that number, so a fan of a million
-/// faces about one point must not be listed.
+/// faces about one point must not be listed. Nor are its pairs compared, as far as all leaves of a
+/// node have the point: [`CommonPoints`]. Time still grows with the square of the number of leaves
+/// about several points in the same place.
 const MAX_LISTED: usize = 64;
 
 /// Neighbors compared at a time. Most clusters have fewer, so the loop is predicted well.
@@ -36,10 +42,15 @@ pub(crate) type SharedPairs = [u16; HALVES * HALVES];
 
 impl Neighbors {
     /// Finds all neighbors of all clusters.
-    pub(crate) fn find(clusters: &Clusters, point_count: usize) -> Self {
+    pub(crate) fn find<const S: usize>(
+        nodes: &[Node<S>],
+        clusters: &Clusters,
+        point_count: usize,
+    ) -> Self {
         let users = PointUsers::find(clusters, point_count);
         let crowded = vec![false; clusters.list.len()];
-        let mut found = Self { first: vec![0], clusters: vec![], shared: vec![], crowded };
+        let (first, listed, shared, common) = (vec![0], vec![], vec![], None);
+        let mut found = Self { first, clusters: listed, shared, crowded, common };
 
         for (a, cluster) in (0..).zip(&clusters.list) {
             // The row of a cluster begins with itself.
@@ -66,6 +77,10 @@ impl Neighbors {
 
             let end = u32::try_from(found.clusters.len());
             found.first.push(end.expect("fewer than 2^32 pairs of clusters with a common point"));
+        }
+
+        if found.crowded.contains(&true) {
+            found.common = Some(CommonPoints::find(nodes, clusters));
         }
 
         // Rows are read in whole registers, also the last.

@@ -245,7 +245,8 @@ impl<const S: usize> DopTree<S> {
 
     /// Returns the adjacency of the clusters, found at the first call.
     pub(crate) fn neighbors(&self) -> &Neighbors {
-        self.neighbors.get_or_init(|| Neighbors::find(&self.clusters, self.point_count()))
+        self.neighbors
+            .get_or_init(|| Neighbors::find(&self.nodes, &self.clusters, self.point_count()))
     }
 
     /// Returns the caller's number of leaf `i` of a cluster, if the cluster has one.

@@ -8,10 +8,29 @@
 use std::convert::Infallible;
 
 use crate::cluster::{HALVES, LeafDops};
+use crate::common_points::CommonPoints;
 use crate::dop4::{ALL_PAIRS, SplatDop, set_bits};
 use crate::node::Child;
 use crate::tree::DopTree;
 use crate::workspace::{Counters, Workspace};
+
+/// Pairs that a descent comes to.
+#[derive(Clone, Copy)]
+pub(super) struct TestedPairs<'a> {
+    /// Pairs of children that are tested of two nodes of one number: of a tree and itself, those on
+    /// or above the diagonal are enough to list each pair once.
+    pub(super) of_one_node: u32,
+    /// Common points of the leaves of one tree, whose pairs are left out.
+    pub(super) common: Option<&'a CommonPoints>,
+}
+
+impl TestedPairs<'_> {
+    /// Returns true if no pair of leaves of two children is to be listed.
+    #[inline(always)]
+    fn excludes(&self, a: Child, b: Child) -> bool {
+        self.common.is_some_and(|common| common.share(a, b))
+    }
+}
 
 impl<const S: usize> DopTree<S> {
     /// Visits every pair of a leaf of this tree and one of the other whose bounds are within
@@ -58,7 +77,8 @@ impl<const S: usize> DopTree<S> {
         visit: impl FnMut(u32, u32) -> Result<(), E>,
     ) -> Result<(), E> {
         let margin = self.widening(margin);
-        self.gather_cluster_pairs(other, margin.as_ref(), ALL_PAIRS, workspace);
+        let tested = TestedPairs { of_one_node: ALL_PAIRS, common: None };
+        self.gather_cluster_pairs(other, margin.as_ref(), tested, workspace);
         let bound = |cluster, bounds: &mut LeafDops<S>| {
             let cluster = self.clusters.get(cluster);
             self.clusters.bound_leaves(cluster, &self.projections, bounds);
@@ -70,24 +90,22 @@ impl<const S: usize> DopTree<S> {
     }
 
     /// Lists the pairs of clusters that overlap, by descent from the roots.
-    ///
-    /// `of_one_node` has the pairs of children that are tested of two nodes of one number: of a tree
-    /// and itself, those on or above the diagonal are enough to list each pair once.
     pub(super) fn gather_cluster_pairs(
         &self,
         other: &Self,
         margin: Option<&[f32; S]>,
-        of_one_node: u32,
+        tested: TestedPairs<'_>,
         workspace: &mut Workspace<S>,
     ) {
         workspace.counters = Counters::default();
         workspace.cluster_pairs.clear();
         workspace.node_pairs.clear();
-        if !self.nodes.is_empty() && !other.nodes.is_empty() {
+        let root = Child::Node(0);
+        if !self.nodes.is_empty() && !other.nodes.is_empty() && !tested.excludes(root, root) {
             workspace.node_pairs.push((0, 0));
         }
         while let Some(pair) = workspace.node_pairs.pop() {
-            self.descend(other, margin, of_one_node, pair, workspace);
+            self.descend(other, margin, tested, pair, workspace);
         }
     }
 
@@ -99,7 +117,7 @@ impl<const S: usize> DopTree<S> {
         &self,
         other: &Self,
         margin: Option<&[f32; S]>,
-        of_one_node: u32,
+        tested: TestedPairs<'_>,
         (i, j): (u32, u32),
         workspace: &mut Workspace<S>,
     ) {
@@ -115,13 +133,17 @@ impl<const S: usize> DopTree<S> {
             }
         };
 
-        let pairs = if i == j { of_one_node } else { ALL_PAIRS };
+        let pairs = if i == j { tested.of_one_node } else { ALL_PAIRS };
         let hits = bounds.overlaps(&b.bounds, pairs);
         counters.bound_tests += 1;
 
         for bit in set_bits(hits) {
             let (lane_a, lane_b) = (bit / 4, bit % 4);
-            match (a.children[lane_a].get(), b.children[lane_b].get()) {
+            let (child_a, child_b) = (a.children[lane_a].get(), b.children[lane_b].get());
+            if tested.excludes(child_a, child_b) {
+                continue;
+            }
+            match (child_a, child_b) {
                 (Child::Node(x), Child::Node(y)) => node_pairs.push((x, y)),
                 (Child::Cluster(x), Child::Cluster(y)) => cluster_pairs.push((x, y)),
                 // One side has no more nodes: descend the other alone.

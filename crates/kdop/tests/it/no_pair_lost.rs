@@ -181,6 +181,39 @@ fn self_pairs_of_fans() {
     assert_holds(&found, &separate_pairs(&soup, 0.0), "fans");
 }
 
+/// A fan about one point and a few faces through it take no time by the square of the fan.
+#[test]
+fn self_pairs_of_a_large_fan_are_left_out_together() {
+    let count = 20_000_u32;
+    let mut points = vec![DVec3::ZERO];
+    for i in 0..=count {
+        let angle = 1e-3 * f64::from(i);
+        points.push(DVec3::new(angle.cos(), angle.sin(), 1e-6 * f64::from(i)));
+    }
+    let mut leaves: Vec<[u32; 3]> = (1..=count).map(|i| [0, i, i + 1]).collect();
+    for [x, y] in [[0.5, 0.0], [-0.4, 0.3], [0.01, -0.02]] {
+        let first = u32::try_from(points.len()).expect("a small mesh");
+        points.extend([-1.0, 1.0, 2.0].map(|z| DVec3::new(x, y + 0.01 * z, z)));
+        leaves.push([first, first + 1, first + 2]);
+    }
+    let tree: DopTree<9> =
+        DopTree::build(Leaves::Triangles(&leaves), &points).expect("a valid soup");
+
+    let (mut workspace, mut found) = (Workspace::new(), Vec::new());
+    tree.self_pairs(0.0, &mut workspace, |i, j| found.push((i, j)));
+    let counters = workspace.counters();
+    let tests = counters.bound_tests + counters.clusters;
+    assert!(tests < 3 * u64::from(count), "{counters:?}");
+
+    // Each of the three with the fan, and no two of the fan.
+    let faces = Soup { points: points.clone(), leaves: leaves[count as usize..].to_vec() };
+    let fan = Soup { points, leaves: leaves[..count as usize].to_vec() };
+    let of_faces = pairs::<9>(&build(&fan), &build(&faces), 0.0);
+    let expected: Vec<_> = of_faces.iter().map(|&(i, j)| (i, j + count)).collect();
+    assert!(!expected.is_empty(), "faces cross the fan");
+    assert_eq!(sorted(found), expected);
+}
+
 /// The exact middle of a segment, where projections of three terms round to either side of a
 /// boundary of f32.
 #[test]
