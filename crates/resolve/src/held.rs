@@ -222,20 +222,10 @@ impl Resolution {
                 if let Some(known) = known.find(|known| known.pair == left.pair) {
                     left.obstacle = known.obstacle;
                 }
-            } else if !self.resolved
-                && exempt.concerns(left.pair)
-                && !matches!(left.obstacle, Obstacle::Squeezed { .. })
-            {
+            } else if !self.resolved && exempt.concerns(left.pair) && !left.obstacle.is_of_room() {
                 left.obstacle = Obstacle::Limits;
             }
         }
-    }
-}
-
-impl Obstacle {
-    /// Returns true if no push has a side to take a pair to.
-    fn is_sideless(self) -> bool {
-        matches!(self, Self::Enclosed | Self::Pierced | Self::NearlyCoincident)
     }
 }
 

@@ -72,6 +72,7 @@ mod local_displacements;
 mod loose_ties;
 mod near_pairs;
 mod near_pieces;
+mod obstacle;
 mod occurrences;
 mod params;
 mod parts;
@@ -111,12 +112,13 @@ mod way_back;
 pub use glam;
 
 pub use crate::error::ResolveError;
+pub use crate::obstacle::Obstacle;
 pub use crate::params::{
     BodyStiffness, CellCorners, Conditions, FixedVertices, ResolveParams, Tie, TiedVertices,
     WrittenPrecision,
 };
 pub use crate::resolution::{
-    BodyChange, BrokenLimit, DistanceBracket, GapObstacle, GapProof, GapRound, Obstacle, Remaining,
+    BodyChange, BrokenLimit, DistanceBracket, GapObstacle, GapProof, GapRound, Remaining,
     Resolution, ShortGap,
 };
 pub use crate::resolver::{Resolver, resolve};

@@ -15,7 +15,8 @@ use crate::elastic::GapRow;
 use crate::exempt::Exempt;
 use crate::exit_sides::PairMemory;
 use crate::near_pairs::{NearPair, NearPairs};
-use crate::resolution::{BodyChange, Obstacle, Resolution, deepest, max_bracket, overlaps_in};
+use crate::obstacle::Obstacle;
+use crate::resolution::{BodyChange, Resolution, deepest, max_bracket, overlaps_in};
 use crate::round::Round;
 use crate::seams::Seams;
 use crate::ties::Ties;
@@ -74,7 +75,7 @@ pub(crate) struct Run<'a> {
     /// States that were accepted last.
     pub(crate) accepted_states: VecDeque<AcceptedState>,
     pub(crate) ties: Ties,
-    /// Pairs that cross at their ties in the last state that was measured, no deeper than they may.
+    /// Pairs that cross at their ties in the last measured state, no deeper than they may.
     pub(crate) left_at_ties: Vec<PairId>,
     /// Tied vertices at faces that were turned over in the last state beyond limits.
     pub(crate) strained_ties: Vec<(BodyId, u32)>,
@@ -365,8 +366,7 @@ impl<'a> Run<'a> {
     fn measure_round(&mut self) -> Result<Round, ResolveError> {
         let tolerance = self.params.tolerance;
         self.leave_at_ties()?;
-        let is_new = |pair, depth| self.overlaps_anew(pair, depth);
-        let mut round = Round::of_overlaps(self.to_come_apart(), is_new);
+        let mut round = self.overlaps_of_round();
         for near in self.near.iter() {
             round.touching_faces += self.count_touching_faces(near);
         }

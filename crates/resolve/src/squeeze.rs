@@ -6,7 +6,8 @@ use proximity::{ClosestPoint, NearVertex, SeparationBounds, SurfaceTree};
 use scene::{BodyId, PairId, PairReport};
 use surface::{closest_on_triangle, triangle};
 
-use crate::resolution::{Obstacle, Remaining};
+use crate::obstacle::Obstacle;
+use crate::resolution::Remaining;
 use crate::run::Run;
 use crate::tissue::{Tissue, fitted_tree};
 
@@ -41,6 +42,8 @@ impl Run<'_> {
             let squeeze = report.and_then(|report| self.squeeze_of_overlap(report));
             if let Some(Squeeze { room, thickness }) = squeeze {
                 left.obstacle = Obstacle::Squeezed { room, thickness };
+            } else if let Some(Squeeze { room, thickness }) = self.squeeze_of_both(left.pair) {
+                left.obstacle = Obstacle::SqueezedTogether { room, thickness };
             } else if self.nearly_coincided(left.pair) {
                 left.obstacle = Obstacle::NearlyCoincident;
             }
@@ -120,6 +123,64 @@ impl Run<'_> {
         None
     }
 
+    /// Returns the room and the thickness of both bodies where two soft ones that face each other are deepest in each other at the
+    /// start, if there is less than the thickness and the gap between them.
+    fn squeeze_of_both(&self, pair: PairId) -> Option<Squeeze> {
+        let report = self.before.iter().find(|report| report.pair == pair)?;
+        let [first, second] = pair.bodies().map(|id| &self.tissues[id.index()]);
+        if first.is_rigid || second.is_rigid {
+            return None;
+        }
+        for (own, other, near) in
+            [(first, second, &report.a_against_b.near), (second, first, &report.b_against_a.near)]
+        {
+            let faces_other = |near: &&NearVertex| {
+                near.gap < 0.0 && own.outward(near.vertex).dot(-near.normal) > MIN_FACING
+            };
+            let deepest = near.iter().filter(faces_other).min_by(|p, q| p.gap.total_cmp(&q.gap));
+            let Some(deepest) = deepest else { continue };
+
+            let workspace = &mut Workspace::default();
+            let [own_rest, other_rest] = [self.tree_at_rest(own)?, self.tree_at_rest(other)?];
+            let thickness = own.thickness_at(&own_rest, deepest.vertex, workspace)?
+                + other.thickness_across(
+                    &other_rest,
+                    deepest.face,
+                    deepest.barycentric,
+                    workspace,
+                )?;
+            let needed = thickness + self.params.gap;
+            let [behind_own, behind_other] = [deepest.normal, -deepest.normal]
+                .map(|way| self.wall_distance(deepest.foot, way, needed, workspace));
+            let room = behind_own? + behind_other?;
+            return (room < needed).then_some(Squeeze { room, thickness });
+        }
+        None
+    }
+
+    /// Returns the distance from a point to the nearest rigid body in a direction, within a reach.
+    fn wall_distance(
+        &self,
+        from: DVec3,
+        direction: DVec3,
+        reach: f64,
+        workspace: &mut Workspace,
+    ) -> Option<f64> {
+        let mut nearest: Option<f64> = None;
+        for wall in self.tissues.iter().filter(|tissue| tissue.is_rigid) {
+            let tree = fitted_tree(self.scene.body(wall.id));
+            let found = tree.closest_point(from, reach, None, workspace);
+            let is_there = |found: &ClosestPoint| {
+                let way = (found.foot.point - from).normalize_or_zero();
+                wall.agrees(way, direction)
+            };
+            if let Some(found) = found.filter(is_there) {
+                nearest = Some(nearest.map_or(found.distance, |last| last.min(found.distance)));
+            }
+        }
+        nearest
+    }
+
     /// Returns two bodies if the first is soft and the second rigid.
     fn tissue_and_wall(&self, soft: BodyId, rigid: BodyId) -> Option<(&Tissue, &Tissue)> {
         let [tissue, wall] = [soft, rigid].map(|id| &self.tissues[id.index()]);
@@ -163,5 +224,43 @@ impl Run<'_> {
         let mut tree = fitted_tree(self.scene.body(tissue.id)).clone();
         tree.set_positions(tissue.rest.iter().copied()).ok()?;
         Some(tree)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use fixtures::shapes;
+    use scene::{BodyKind, Scene};
+    use surface::progress::Progress;
+
+    use super::*;
+    use crate::ResolveParams;
+
+    /// Two soft plates 1 thick on each other, between rigid ones with less room than both are thick, and with more.
+    #[test]
+    fn two_soft_bodies_without_room_between_rigid_ones_are_named_so() {
+        for room in [1.6_f64, 2.3] {
+            let mut scene = Scene::new();
+            for (name, kind, thickness, z) in [
+                ("floor", BodyKind::Rigid, 4.0, -0.5 * room - 2.0),
+                ("lower", BodyKind::Deformable, 1.0, 0.51 - 0.5 * room),
+                ("upper", BodyKind::Deformable, 1.0, 0.5 * room.min(2.1) - 0.51),
+                ("roof", BodyKind::Rigid, 4.0, 0.5 * room + 2.0),
+            ] {
+                let size = if thickness > 1.0 { 34.0 } else { 30.0 };
+                let plate = shapes::plate(DVec3::new(size, size, thickness), [15, 15]);
+                let plate = plate.translated(z * DVec3::Z);
+                scene.add(name, kind, plate.surface(), plate.positions).expect("a plate");
+            }
+            let params = ResolveParams { gap: 0.02, ..ResolveParams::for_overlaps(0.8, 1.5) };
+            let end = crate::resolve(&mut scene, &params, Progress::none()).expect("an end");
+            assert_eq!(end.resolved, room > 2.0, "{:?}", end.remaining);
+            for left in &end.remaining {
+                let Obstacle::SqueezedTogether { room: found, thickness } = left.obstacle else {
+                    panic!("{left:?}")
+                };
+                assert!((found - room).abs() < 0.1 && (thickness - 2.0).abs() < 0.1, "{left:?}");
+            }
+        }
     }
 }

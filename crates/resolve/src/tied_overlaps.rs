@@ -9,7 +9,9 @@ use scene::{BodyId, PairId, PairOverlap, PairReport, Scene};
 use crate::ResolveError;
 use crate::detection::clearance;
 use crate::near_pairs::NearPair;
-use crate::resolution::{Obstacle, Remaining, overlaps_in};
+use crate::obstacle::Obstacle;
+use crate::resolution::{Remaining, overlaps_in};
+use crate::round::Round;
 use crate::run::{DEPTH_BRACKET, Run};
 use crate::seams::place;
 use crate::soft_positions::soft_positions;
@@ -152,9 +154,14 @@ impl Run<'_> {
         self.near.overlapping().filter(|near| !self.left_at_ties.contains(&near.report.pair))
     }
 
+    /// Summarizes the overlaps of the present state.
+    pub(crate) fn overlaps_of_round(&self) -> Round {
+        Round::of_overlaps(self.to_come_apart(), |pair, depth| self.overlaps_anew(pair, depth))
+    }
+
     /// Returns true if a pair of a depth did not overlap at the start. Those that shared faces then do where they are deeper than
     /// the tolerance.
-    pub(crate) fn overlaps_anew(&self, pair: PairId, depth: f64) -> bool {
+    fn overlaps_anew(&self, pair: PairId, depth: f64) -> bool {
         let is_in = |pairs: &[PairId]| pairs.binary_search(&pair).is_ok();
         let is_touching = depth <= self.params.tolerance && is_in(&self.touching_at_first);
         !(is_touching || is_in(&self.at_first))

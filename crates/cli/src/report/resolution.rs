@@ -1,7 +1,7 @@
 //! Report of overlap removal: rounds, bodies that moved, pairs that remain.
 
 use musculo_collide::{
-    BodyKind, DepthBracket, GapObstacle, Obstacle, PairId, Remaining, Resolution, Scene,
+    BodyId, BodyKind, DepthBracket, GapObstacle, Obstacle, PairId, Remaining, Resolution, Scene,
 };
 
 use super::table::{Table, dash, left, right};
@@ -43,6 +43,12 @@ pub(crate) fn resolution_text(
 ) -> String {
     let (rounds, bodies) = (rounds(resolution, unit), bodies(resolution, scene, unit));
     let mut text = format!("{}\n{}\n", rounds.to_text(), bodies.to_text());
+
+    let left_out = left_out_of_rounds(resolution, scene);
+    if left_out > 0 {
+        let pairs = counted(left_out, "overlapping pair");
+        text += &format!("Rounds leave {pairs} out.\n");
+    }
 
     // A state that later rounds did not improve is that of an earlier round.
     let last = resolution.rounds.len().saturating_sub(1);
@@ -93,6 +99,17 @@ pub(crate) fn resolution_text(
     text
 }
 
+/// Counts the pairs that overlap at the start and that rounds leave as they are, without those of two rigid bodies.
+fn left_out_of_rounds(resolution: &Resolution, scene: &Scene) -> usize {
+    let mut overlapping: usize = 0;
+    for report in resolution.before.iter().filter(|report| report.overlaps) {
+        let is_soft = |id: &BodyId| !scene.body(*id).is_rigid();
+        overlapping += usize::from(report.pair.bodies().iter().any(is_soft));
+    }
+    let counted = resolution.rounds.first().map_or(0, |start| start.overlapping_pairs);
+    overlapping.saturating_sub(counted)
+}
+
 /// Lists the pairs of which nothing is asked.
 pub(super) fn ignored_pairs(scene: &Scene) -> Vec<PairId> {
     let ids: Vec<_> = scene.ids().collect();
@@ -134,6 +151,12 @@ pub(super) fn remaining_text(pair: &Remaining, unit: Unit) -> String {
 pub(super) fn obstacle_text(obstacle: &Obstacle, unit: Unit) -> String {
     match *obstacle {
         Obstacle::Squeezed { room, thickness } => squeeze_text(room, thickness, unit),
+        Obstacle::SqueezedTogether { room, thickness } => {
+            let ([room, thickness], unit) = ([room, thickness].map(measure), unit.symbol());
+            format!(
+                "no room: rigid bodies leave {room} {unit}, both bodies together are {thickness} {unit} thick"
+            )
+        }
         Obstacle::BothRigid => format!("{obstacle}; {IGNORE_PAIR}"),
         _ => obstacle.to_string(),
     }
