@@ -1,4 +1,4 @@
-//! What is near between the pieces of two bodies.
+//! Near faces and vertices of two bodies, by pairs of their pieces.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ use crate::tissue::Tissue;
 /// Numbers of two pieces, of either body of a pair.
 pub(crate) type PiecePair = [u32; 2];
 
-/// What is near between two pieces of a pair.
+/// Near faces and vertices of two pieces of a pair.
 #[derive(Default)]
 pub(crate) struct NearPieces {
     /// Vertices of either body.
