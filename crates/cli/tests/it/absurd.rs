@@ -207,3 +207,19 @@ fn a_body_that_is_pushed_out_of_another_is_named() {
         let _ = std::fs::remove_dir_all(workshop.path("apart"));
     }
 }
+
+/// What an open surface surrounds is left where it is.
+#[test]
+fn pairs_that_rounds_leave_out_are_counted() {
+    let workshop = workshop();
+    workshop.write("within.obj", obj(&icosphere(1.5, 2).translated(9.0 * DVec3::X)));
+    for (bodies, is_left_out) in
+        [("ball.obj torn.obj within.obj", true), ("ball.obj torn.obj", false)]
+    {
+        let arguments = bodies.split(' ').chain(["--out", "apart", "--no-report"]);
+        let run = workshop.run("resolve", &arguments.collect::<Vec<_>>());
+        let is_named = run.stdout.contains("Rounds leave 1 overlapping pair out.");
+        assert_eq!(is_named, is_left_out, "{bodies}: {}{}", run.stdout, run.stderr);
+        let _ = std::fs::remove_dir_all(workshop.path("apart"));
+    }
+}
