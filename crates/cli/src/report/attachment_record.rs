@@ -14,6 +14,9 @@ pub(super) struct AttachmentRecord {
     /// Bodies that it is tied to, in the order of the scene.
     tied_to: Vec<String>,
     fixed_vertices: usize,
+    /// True for those of `tied_to` that are rigid.
+    #[serde(skip)]
+    is_rigid: Vec<bool>,
 }
 
 impl AttachmentRecord {
@@ -50,18 +53,32 @@ impl AttachmentRecord {
         }
         let fixed = conditions.fixed.iter().filter(|fixed| fixed.body == id);
         let fixed: BTreeSet<u32> = fixed.flat_map(|fixed| &fixed.vertices).copied().collect();
+        let is_rigid = tied_to.iter().map(|id| scene.body(*id).is_rigid()).collect();
         let tied_to = tied_to.into_iter().map(name).collect();
-        Self { body: name(id), tied_to, fixed_vertices: fixed.len() }
+        Self { body: name(id), tied_to, fixed_vertices: fixed.len(), is_rigid }
     }
 
     pub(super) fn text(&self) -> String {
-        let mut held = Vec::new();
-        if !self.tied_to.is_empty() {
-            held.push(format!("tied to {}", self.tied_to.join(" and ")));
+        let tied_to = |rigid: bool| {
+            let names = self.tied_to.iter().zip(&self.is_rigid);
+            let names: Vec<&str> = names
+                .filter_map(|(name, is_rigid)| (*is_rigid == rigid).then_some(name.as_str()))
+                .collect();
+            (!names.is_empty()).then(|| format!("tied to {}", names.join(" and ")))
+        };
+        let fixed = (self.fixed_vertices > 0)
+            .then(|| format!("fixed at {} of its vertices", grouped(self.fixed_vertices)));
+        let held: Vec<String> = tied_to(true).into_iter().chain(fixed).collect();
+
+        // What is tied to soft bodies alone gives way, but not by itself.
+        let mut sentences = Vec::new();
+        if !held.is_empty() {
+            let held = held.join(" and ");
+            sentences.push(format!("{} is {held}: what is held there cannot give way", self.body));
         }
-        if self.fixed_vertices > 0 {
-            held.push(format!("fixed at {} of its vertices", grouped(self.fixed_vertices)));
+        if let Some(tied) = tied_to(false) {
+            sentences.push(format!("{} is {tied}: they give way together there", self.body));
         }
-        format!("{} is {}: what is held there cannot give way", self.body, held.join(" and "))
+        sentences.join(". ")
     }
 }
