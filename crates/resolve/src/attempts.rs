@@ -40,6 +40,7 @@ pub(crate) struct Attempts<'a> {
     progress: Progress<'a>,
     /// Positions of soft bodies without any push.
     rest: Vec<Vec<DVec3>>,
+    /// Ties of the first state.
     pub(crate) ties: TieBonds,
     /// Best end so far, in which the scene is between attempts.
     pub(crate) end: Resolution,
@@ -62,7 +63,7 @@ impl<'a> Attempts<'a> {
         let known = Known { before: None, ties: start.ties };
         let mut run =
             Run::new(scene, start.params, start.conditions, &Exempt::NONE, known, progress)?;
-        let ties = run.ties.all.clone();
+        let ties = start.ties.map_or_else(|| run.ties.all.clone(), TieBonds::clone);
         let end = run.remove_overlaps(start.carried)?;
         let displacements = run.local_displacements();
         let strained_ties = std::mem::take(&mut run.strained_ties);

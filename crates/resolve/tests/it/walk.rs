@@ -173,4 +173,10 @@ fn ties_hold_what_they_held_in_the_first_state() {
     let end = walk.resolve(&mut scene, Progress::none()).expect("a resolution");
     assert!(end.resolved && end.ties[0].tied == 0, "{:?} {:?}", end.ties, end.remaining);
     assert_eq!(end.ties[0].crossing, 21 * 21);
+
+    // Where it is back at the bone, what was tied at first is so again.
+    scene.move_body(ids[1], &cartilage.positions).expect("a place");
+    let end = walk.resolve(&mut scene, Progress::none()).expect("a resolution");
+    assert!(end.resolved && end.ties[0].crossing == 0, "{:?} {:?}", end.ties, end.remaining);
+    assert_eq!(end.ties[0].tied, 21 * 21);
 }
