@@ -11,12 +11,12 @@
 //! Computational Mathematics and Mathematical Physics 12, 1972. Differs in bounding curvature as
 //! well as slopes, on triangles.
 
-use std::cmp::Ordering;
+use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
 
 use glam::DVec3;
 use kdop::{Dop18, Workspace};
-use surface::{Anchor, Contact, ContactSide, RigidState, Term};
+use surface::{Anchor, Contact, ContactSide, RigidState, Term, TotalF64};
 
 use super::on_surface::with_ball_gap;
 use super::{
@@ -74,16 +74,6 @@ struct BallGap {
 struct WeightedGap {
     weights: [f64; 3],
     at: BallGap,
-}
-
-/// Piece of a primitive between three of its balls, in the order in which pieces are divided.
-#[derive(Debug)]
-struct Piece {
-    corners: [WeightedGap; 3],
-    /// Lower bound on the gaps of its balls.
-    bound: f64,
-    /// Number of pieces before it.
-    number: usize,
 }
 
 /// Contact of a ball of a primitive.
@@ -248,9 +238,12 @@ impl<D: Fn(DVec3) -> RigidDistance> Rigid<'_, D> {
         let is_needed = |at: &WeightedGap| at.at.gap < needed;
         let mut lowest = lowest_of(None, corners).filter(is_needed);
 
-        let mut pieces = BinaryHeap::from([Piece::new(corners, 0)]);
-        let (mut number, mut may_be_within) = (0, false);
-        while let Some(Piece { corners: [a, b, c], bound, .. }) = pieces.pop() {
+        // Pieces by their bounds, the first of equals first.
+        let mut pieces = vec![corners];
+        let mut queue = BinaryHeap::from([Reverse((TotalF64(lower_bound(&corners)), 0))]);
+        let mut may_be_within = false;
+        while let Some(Reverse((TotalF64(bound), number))) = queue.pop() {
+            let [a, b, c] = pieces[number];
             // All other pieces have larger bounds.
             let lowest_gap = lowest.map_or(f64::INFINITY, |lowest| lowest.at.gap);
             if bound > margin || bound >= needed {
@@ -260,7 +253,7 @@ impl<D: Fn(DVec3) -> RigidDistance> Rigid<'_, D> {
                 may_be_within = true;
                 break;
             }
-            if number >= 4 * MAX_PIECES {
+            if pieces.len() > 4 * MAX_PIECES {
                 let unknown = || MedialError::DistanceRange {
                     known: a.at.gap + a.at.ball.radius,
                     needed: a.at.gap + a.at.ball.radius + margin - bound,
@@ -274,8 +267,8 @@ impl<D: Fn(DVec3) -> RigidDistance> Rigid<'_, D> {
             let ca = self.middle(balls, &c, &a)?;
             lowest = lowest_of(lowest, [ab, bc, ca]).filter(is_needed);
             for corners in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
-                number += 1;
-                pieces.push(Piece::new(corners, number));
+                queue.push(Reverse((TotalF64(lower_bound(&corners)), pieces.len())));
+                pieces.push(corners);
             }
         }
         Ok(lowest.filter(|lowest| may_be_within || self.is_contact(&lowest.at)))
@@ -293,33 +286,6 @@ impl<D: Fn(DVec3) -> RigidDistance> Rigid<'_, D> {
         Ok(WeightedGap { weights, at })
     }
 }
-
-impl Piece {
-    fn new(corners: [WeightedGap; 3], number: usize) -> Self {
-        Self { corners, bound: lower_bound(&corners), number }
-    }
-}
-
-impl Ord for Piece {
-    /// Compares such that the largest piece has the smallest bound, the first of equals.
-    fn cmp(&self, other: &Self) -> Ordering {
-        other.bound.total_cmp(&self.bound).then(other.number.cmp(&self.number))
-    }
-}
-
-impl PartialOrd for Piece {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl PartialEq for Piece {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other).is_eq()
-    }
-}
-
-impl Eq for Piece {}
 
 /// Returns the ball of a primitive that has all of the weight, if one has.
 fn single_ball(primitive: [u32; 3], weights: [f64; 3]) -> Option<u32> {
